@@ -1,0 +1,20 @@
+# Puts the text of cases/*.toml and of verification/*.csv into the program, so that `matpoint run disks` and `matpoint verify` work from
+# anywhere.
+function(embed_texts function_name header pattern output)
+  file(GLOB files CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${pattern})
+  set(text "// Made by cmake/embed_cases.cmake from ${pattern}.\n#include \"${header}\"\n\nnamespace matpoint {\n\n")
+  string(APPEND text "const std::map<std::string, std::string>& ${function_name}() {\n")
+  string(APPEND text "  static const std::map<std::string, std::string> texts = {\n")
+  foreach(name ${files})
+    get_filename_component(stem ${name} NAME_WE)
+    file(READ ${name} content)
+    string(APPEND text "      {\"${stem}\", R\"~text~(${content})~text~\"},\n")
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${name})
+  endforeach()
+  string(APPEND text "  };\n  return texts;\n}\n\n}  // namespace matpoint\n")
+  file(CONFIGURE OUTPUT ${output} CONTENT "${text}" @ONLY)
+endfunction()
+
+set(MATPOINT_EMBEDDED ${CMAKE_CURRENT_BINARY_DIR}/shipped_cases.cpp ${CMAKE_CURRENT_BINARY_DIR}/acceptance_tables.cpp)
+embed_texts(shipped_cases case/case_file.hpp cases/*.toml ${CMAKE_CURRENT_BINARY_DIR}/shipped_cases.cpp)
+embed_texts(acceptance_tables verify/acceptance.hpp verification/*.csv ${CMAKE_CURRENT_BINARY_DIR}/acceptance_tables.cpp)

@@ -1,0 +1,44 @@
+// Filling a region with particles: the layouts that a case can name, and the initial velocity fields.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "body/region.hpp"
+
+namespace matpoint {
+
+/// The particles of one body before the first step, in the order of their ids.
+struct Seeds {
+  std::vector<Vec3> position;  ///< [m]
+  std::vector<Real> volume;    ///< Reference volume [m^3], per metre of thickness in 2D.
+};
+
+/// The background grid as far as a layout needs it.
+struct SeedingGrid {
+  int dim = 2;
+  Vec3 lower{};      ///< [m]
+  Vec3 cell_size{};  ///< [m]
+};
+
+class Layout {
+ public:
+  virtual ~Layout() = default;
+  virtual Seeds fill(const Region& region, const SeedingGrid& grid) const = 0;
+  virtual Input write(int dim) const = 0;
+  virtual void check(const Input&, const ReadContext&) const {}
+};
+
+class VelocityField {
+ public:
+  virtual ~VelocityField() = default;
+  /// Velocity [m/s] at the position x [m].
+  virtual Vec3 at(const Vec3& x) const = 0;
+  virtual Input write(int dim) const = 0;
+  virtual void check(const Input&, const ReadContext&) const {}
+};
+
+const TypeRegistry<Layout>& layout_registry();
+const TypeRegistry<VelocityField>& velocity_registry();
+
+}  // namespace matpoint

@@ -1,0 +1,121 @@
+// A case: the whole problem as plain, checked data. Case files, Python keywords and C++ all fill this structure, through the same
+// reader, and it knows how to write itself back.
+#pragma once
+
+#include <limits>
+#include <map>
+
+#include "body/seeding.hpp"
+#include "core/parameters.hpp"
+#include "material/material.hpp"
+
+namespace matpoint {
+
+enum class StressOrder { usl, usf, musl };
+enum class OutsidePolicy { error, remove, stop };
+enum class BoundaryKind { fixed, slip, velocity };
+
+/// The background grid: a box of equal cells.
+struct GridSpec {
+  Vec3 lower{};
+  Vec3 upper{};
+  std::vector<int> cells;          ///< Cells per direction; either this
+  std::vector<Real> cell_size;     ///< or this, one number or one per direction, is given. Both are resolved after reading.
+  std::vector<std::string> periodic;
+  OutsidePolicy particles_outside = OutsidePolicy::error;
+  static void declare(ParameterTable<GridSpec>& table);
+};
+
+struct BodySpec {
+  std::string name;
+  RegionPointer region;
+  std::shared_ptr<Layout> layout;
+  std::shared_ptr<VelocityField> velocity;  ///< Null: at rest.
+  std::shared_ptr<Material> material;
+  std::string place;  ///< Where the body stands in the case file, for messages.
+  static void declare(ParameterTable<BodySpec>& table);
+};
+
+/// A condition on the grid's nodes: on one side of the grid, or in a region.
+struct BoundarySpec {
+  std::string side;  ///< left right bottom top (front back in 3D); empty when a region is given.
+  RegionPointer region;
+  BoundaryKind kind = BoundaryKind::slip;
+  std::vector<std::string> components;  ///< Fixed components of `fixed` and `velocity`; empty: all.
+  std::vector<Real> velocity;           ///< [m/s], dim numbers, for kind = "velocity".
+  std::vector<Real> times;              ///< [s], with velocities: a table in time, linear between, constant outside.
+  std::vector<Vec3> velocities;         ///< [m/s], one per time.
+  std::string place;
+  static void declare(ParameterTable<BoundarySpec>& table);
+};
+
+struct SolverSpec {
+  std::string type = "explicit";
+  StressOrder stress_order = StressOrder::musl;
+  Real flip = 1;
+  Real damping = 0;
+  Real mass_cutoff_relative = 1e-3;
+  std::optional<Real> mass_cutoff;
+  static void declare(ParameterTable<SolverSpec>& table);
+};
+
+struct TimeSpec {
+  Real end = 0;
+  std::optional<Real> dt;
+  Real cfl = 0.4;
+  std::optional<Real> dt_max;
+  Real dt_min = 0;
+  static void declare(ParameterTable<TimeSpec>& table);
+};
+
+struct OutputSpec {
+  std::optional<Real> history_every;
+  std::optional<Real> fields_every;
+  std::vector<Real> fields_at;
+  std::vector<std::string> formats = {"vtkhdf"};
+  std::vector<std::string> fields;  ///< Empty: all of the body's fields.
+  bool grid = false;
+  std::string precision = "single";
+  static void declare(ParameterTable<OutputSpec>& table);
+};
+
+/// A particle whose motion and stress are written over time.
+struct ProbeSpec {
+  std::string name;
+  std::string body;
+  std::optional<Index> particle;  ///< Either the id
+  std::optional<Vec3> nearest;    ///< or the particle that is nearest to this point at the start [m].
+  std::string place;
+  static void declare(ParameterTable<ProbeSpec>& table);
+};
+
+struct Case {
+  std::string name;  ///< Not a key: the file's stem.
+  std::string title;
+  std::string source;
+  int dim = 2;
+  Vec3 gravity{};
+  GridSpec grid;
+  std::vector<BodySpec> bodies;
+  std::vector<BoundarySpec> boundaries;
+  SolverSpec solver;
+  TimeSpec time;
+  OutputSpec output;
+  std::vector<ProbeSpec> probes;
+  static void declare(ParameterTable<Case>& table);
+
+  /// Reads and checks everything that can be checked without making particles. Throws InputError.
+  static Case from_input(const Input& input, const std::string& name);
+  /// All values with their defaults, as a case file would give them: from_input(to_input()) is the same case.
+  Input to_input() const;
+};
+
+/// A section of a case file with its parameters, for `matpoint explain`.
+struct CaseSection {
+  std::string name;
+  std::string summary;
+  std::vector<ParameterDescription> parameters;
+};
+std::vector<CaseSection> case_sections();
+
+}  // namespace matpoint

@@ -1,0 +1,142 @@
+#include "case/simulation.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "io/results_folder.hpp"
+
+namespace matpoint {
+
+class Simulation::Schedule {
+ public:
+  Schedule(Real every, std::vector<Real> at, Real start) : every_(every), at_(std::move(at)) {
+    std::sort(at_.begin(), at_.end());
+    while (next() <= start) advance();
+  }
+  /// The next time [s] that has not been written; infinite if there is none.
+  Real next() const {
+    const Real periodic = every_ > 0 ? static_cast<Real>(multiple_) * every_ : k_never;
+    const Real single = at_next_ < at_.size() ? at_[at_next_] : k_never;
+    return std::min(periodic, single);
+  }
+  void advance() {
+    const Real written = next();
+    if (every_ > 0 && static_cast<Real>(multiple_) * every_ <= written) ++multiple_;
+    while (at_next_ < at_.size() && at_[at_next_] <= written) ++at_next_;
+  }
+
+ private:
+  static constexpr Real k_never = std::numeric_limits<Real>::infinity();
+  Real every_;
+  std::vector<Real> at_;
+  Index multiple_ = 1;
+  std::size_t at_next_ = 0;
+};
+
+Simulation::Simulation(Case problem) : case_(std::move(problem)), solver_(make_solver(case_)) {
+  for (std::size_t b = 0; b < solver_->body_count(); ++b) {
+    const BodyTotals totals = solver_->totals(b);
+    initial_energy_ += totals.kinetic_energy + totals.strain_energy + totals.gravitational_energy;
+    for (std::size_t d = 0; d < 3; ++d) initial_momentum_[d] += totals.momentum[d];
+  }
+}
+
+Simulation::~Simulation() = default;
+
+std::vector<std::string> Simulation::warnings() const {
+  std::vector<std::string> all;
+  const Real stable = solver_->stable_dt();
+  if (case_.time.dt && *case_.time.dt > stable) {
+    all.push_back(fmt::format("the fixed time step dt = {:.4g} s is above the stable limit of the start, {:.4g} s; the run will probably blow up",
+                              *case_.time.dt, stable));
+  }
+  if (case_.solver.stress_order == StressOrder::musl && case_.solver.damping > 0) {
+    all.push_back("stress_order = \"musl\" with damping drifts away from the state of rest; use stress_order = \"usl\" for damped problems");
+  }
+  return all;
+}
+
+Real Simulation::next_dt() const {
+  if (case_.time.dt) return *case_.time.dt;
+  // Computed afresh each step: the limit rises again when waves or particles slow down.
+  Real dt = case_.time.cfl * solver_->stable_dt();
+  if (case_.time.dt_max) dt = std::min(dt, *case_.time.dt_max);
+  if (!(dt > 0) || dt < case_.time.dt_min) {
+    throw SolverError("step {}, t = {:.8g} s: the stable time step {:.4g} s is below dt_min = {:.4g} s", step_ + 1, time_, dt, case_.time.dt_min);
+  }
+  return dt;
+}
+
+bool Simulation::has_reached(Real event) const {
+  // A fixed step is never cut: an event falls on the nearest step.
+  if (case_.time.dt) return step_ >= std::llround(std::min(event / *case_.time.dt, 9e18));
+  return time_ >= event;
+}
+
+void Simulation::step(Real latest) {
+  Real dt = next_dt();
+  bool ends_at_latest = false;
+  if (!case_.time.dt && time_ + dt >= latest * (1 - 1e-14)) {
+    dt = latest - time_;
+    ends_at_latest = true;
+  }
+  try {
+    solver_->step(time_, dt);
+  } catch (const SolverError& error) {
+    throw SolverError(fmt::format("step {}, {}", step_ + 1, error.what()));
+  }
+  ++step_;
+  dt_ = dt;
+  // step * dt, not a sum: adding dt a million times ends visibly beside the end.
+  time_ = case_.time.dt ? static_cast<Real>(step_) * dt : ends_at_latest ? latest : time_ + dt;
+  if (!solver_->escapes().empty()) handle_escapes();
+}
+
+void Simulation::handle_escapes() {
+  switch (case_.grid.particles_outside) {
+    case OutsidePolicy::remove: solver_->remove_escaped(); break;
+    case OutsidePolicy::stop: particle_left_ = true; break;
+    case OutsidePolicy::error: {
+      const Escape& escape = solver_->escapes().front();
+      const auto point = [&](const Vec3& x) { return fmt::format("({:.6g})", fmt::join(x.begin(), x.begin() + solver_->dim(), ", ")); };
+      throw SolverError(
+          "step {}, t = {:.8g} s: particle {} of body \"{}\" left the grid at {} with velocity {} ({} particle{} in this step); enlarge the "
+          "grid, add a boundary, or set grid.particles_outside = \"remove\" or \"stop\"",
+          step_, time_, escape.id, solver_->body_name(escape.body), point(escape.position), point(escape.velocity),
+          solver_->escapes().size(), solver_->escapes().size() == 1 ? "" : "s");
+    }
+  }
+}
+
+RunEnd Simulation::run(ResultsFolder* results, std::optional<Real> until, const std::atomic<int>* interrupt) {
+  const Real end = until.value_or(case_.time.end);
+  Schedule history(case_.output.history_every.value_or(case_.time.end / 200), {}, time_);
+  Schedule fields(case_.output.fields_every.value_or(case_.output.fields_at.empty() ? case_.time.end / 50 : 0), case_.output.fields_at, time_);
+  const auto write = [&](bool is_last) {
+    const bool is_history_due = is_last || has_reached(history.next());
+    const bool are_fields_due = is_last || has_reached(fields.next());
+    while (has_reached(history.next())) history.advance();
+    while (has_reached(fields.next())) fields.advance();
+    if (results == nullptr) return;
+    if (is_history_due) results->write_history(*this);
+    if (are_fields_due) results->write_fields(*this);
+  };
+  const auto call_back = [&] {
+    return std::all_of(callbacks_.begin(), callbacks_.end(), [&](const Callback& callback) { return callback(*this); });
+  };
+  if (results != nullptr && step_ == 0) {
+    results->write_history(*this);
+    results->write_fields(*this);
+  }
+  RunEnd ending = step_ > 0 || call_back() ? RunEnd::finished : RunEnd::stopped_by_callback;
+  while (ending == RunEnd::finished && !has_reached(end)) {
+    step(std::min({end, history.next(), fields.next()}));
+    if (!call_back()) ending = RunEnd::stopped_by_callback;
+    if (particle_left_) ending = RunEnd::particle_left;
+    if (interrupt != nullptr && *interrupt != 0) ending = RunEnd::interrupted;
+    write(ending != RunEnd::finished || has_reached(end));
+  }
+  return ending;
+}
+
+}  // namespace matpoint

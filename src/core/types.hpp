@@ -1,0 +1,32 @@
+// The few plain types that every folder shares.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace matpoint {
+
+using Real = double;
+using Index = std::int64_t;
+
+/// A point or vector of a problem in Dim dimensions.
+template <int Dim>
+using Vec = std::array<Real, Dim>;
+
+/// A point or vector at interfaces that hide the dimension: in 2D the third component is 0.
+using Vec3 = std::array<Real, 3>;
+
+/// A named field of a body or of the grid, copied out in the order of ids: values has shape (n, components), row by row.
+struct Field {
+  std::string name;
+  std::string unit;
+  int components = 1;
+  std::vector<Real> values;
+
+  Index count() const { return components > 0 ? static_cast<Index>(values.size()) / components : 0; }
+};
+
+}  // namespace matpoint

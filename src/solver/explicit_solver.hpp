@@ -1,0 +1,53 @@
+// Explicit MPM: one step for the three stress orders. Letters: docs/notation.md.
+#pragma once
+
+#include "body/body.hpp"
+#include "grid/boundary_condition.hpp"
+#include "grid/grid.hpp"
+#include "solver/solver.hpp"
+
+namespace matpoint {
+
+template <int Dim>
+class ExplicitSolver final : public Solver {
+ public:
+  explicit ExplicitSolver(const Case& problem);
+
+  int dim() const override { return Dim; }
+  const GridGeometry& grid() const override { return geometry_; }
+  void step(Real t, Real dt) override;
+  Real stable_dt() const override;
+  const std::vector<Escape>& escapes() const override { return escapes_; }
+  void remove_escaped() override;
+
+  std::size_t body_count() const override { return bodies_.size(); }
+  const std::string& body_name(std::size_t body) const override { return bodies_[body]->name(); }
+  Index particle_count(std::size_t body) const override { return bodies_[body]->particle_count(); }
+  std::vector<std::string> field_names(std::size_t body) const override { return bodies_[body]->field_names(); }
+  Field field(std::size_t body, const std::string& name) const override { return bodies_[body]->field(name, body); }
+  std::vector<Field> grid_fields() const override;
+  BodyTotals totals(std::size_t body) const override { return bodies_[body]->totals(gravity_); }
+  const Ledger& ledger() const override { return ledger_; }
+  const Profile& profile() const override { return profile_; }
+  Index node_count() const override { return grid_.node_count(); }
+  Index memory() const override;
+
+ private:
+  void map(Map what);
+  void gather(Gather what, Real dt);
+  void check_state(Real t);
+
+  Vec3 gravity_;
+  StressOrder stress_order_;
+  NodalDynamics<Dim> dynamics_;
+  Grid<Dim> grid_;
+  GridGeometry geometry_;
+  std::vector<std::unique_ptr<Body<Dim>>> bodies_;
+  BoundaryConditions<Dim> boundary_conditions_;
+  std::vector<char> is_band_occupied_;
+  std::vector<Escape> escapes_;
+  Ledger ledger_;
+  Profile profile_;
+};
+
+}  // namespace matpoint

@@ -1,0 +1,96 @@
+// What the simulation, the outputs, the checks and Python see of a solver: no dimension, no storage.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "case/case.hpp"
+#include "core/profile.hpp"
+#include "core/types.hpp"
+
+namespace matpoint {
+
+/// Sums and extremes over the particles of one body at one time. SI units, per metre of thickness in 2D.
+struct BodyTotals {
+  Index particle_count = 0;
+  Real mass = 0;
+  Vec3 momentum{};
+  Vec3 center_of_mass{};
+  Real kinetic_energy = 0;
+  Real strain_energy = 0;         ///< Sum of W(F) V0: the stored energy, never 1/2 sigma : eps.
+  Real gravitational_energy = 0;  ///< -m g . x
+  Real von_mises_max = 0;
+  Vec3 lower{};                   ///< Extent of the particle positions [m].
+  Vec3 upper{};
+  Real J_min = 1;
+  Real J_max = 1;
+};
+
+/// What crossed the system's border since the start: with it the energy and momentum balances close (docs/theory.md).
+struct Ledger {
+  Real damping_dissipation = 0;  ///< [J]
+  Real viscous_dissipation = 0;  ///< [J]
+  Real boundary_work = 0;        ///< Work done by moving boundaries on the particles [J].
+  Vec3 boundary_impulse{};       ///< [N s]
+  Vec3 damping_impulse{};        ///< [N s]
+  Vec3 gravity_impulse{};        ///< [N s]
+  Vec3 cutoff_impulse{};         ///< What nodes under the mass cutoff did not pass on [N s].
+  Index removed_count = 0;       ///< Particles removed because they left the grid.
+  Real removed_mass = 0;         ///< [kg]
+  Vec3 removed_momentum{};       ///< [N s]
+  Real removed_energy = 0;       ///< Kinetic + strain + gravitational energy of the removed particles [J].
+};
+
+/// A particle that left the grid in the last step.
+struct Escape {
+  std::size_t body = 0;
+  Index id = 0;
+  Vec3 position{};
+  Vec3 velocity{};
+};
+
+/// The grid's nodes as a whole, for output.
+struct GridGeometry {
+  Vec3 lower{};
+  Vec3 cell_size{};
+  std::array<int, 3> nodes{1, 1, 1};
+};
+
+class Solver {
+ public:
+  virtual ~Solver() = default;
+
+  virtual int dim() const = 0;
+  virtual const GridGeometry& grid() const = 0;
+
+  /// Advances all bodies by dt [s] from time t [s]. Throws SolverError when the state stops being finite.
+  virtual void step(Real t, Real dt) = 0;
+  /// Largest stable step [s] for CFL number 1, from the present state.
+  virtual Real stable_dt() const = 0;
+  /// Particles that left the grid in the last step; the policy is the simulation's.
+  virtual const std::vector<Escape>& escapes() const = 0;
+  /// Takes the escaped particles out and books them in the ledger.
+  virtual void remove_escaped() = 0;
+
+  virtual std::size_t body_count() const = 0;
+  virtual const std::string& body_name(std::size_t body) const = 0;
+  virtual Index particle_count(std::size_t body) const = 0;
+  /// Names of the fields that field() knows: position velocity stress von_mises pressure deformation_gradient J id mass volume ...
+  virtual std::vector<std::string> field_names(std::size_t body) const = 0;
+  /// A field of a body, in the order of particle ids.
+  virtual Field field(std::size_t body, const std::string& name) const = 0;
+  /// Nodal mass and velocity of the last step, x fastest.
+  virtual std::vector<Field> grid_fields() const = 0;
+
+  virtual BodyTotals totals(std::size_t body) const = 0;
+  virtual const Ledger& ledger() const = 0;
+  virtual const Profile& profile() const = 0;
+  virtual Index node_count() const = 0;
+  /// Bytes of the particle and grid storage.
+  virtual Index memory() const = 0;
+};
+
+/// Makes the bodies' particles, checks that they fit the grid, and returns a solver ready for its first step. Throws InputError.
+std::unique_ptr<Solver> make_solver(const Case& problem);
+
+}  // namespace matpoint

@@ -1,0 +1,14 @@
+// The published numbers and their bounds, from verification/*.csv, which the build puts into the program.
+#pragma once
+
+#include "verify/verify.hpp"
+
+namespace matpoint {
+
+/// Texts of verification/*.csv by stem.
+const std::map<std::string, std::string>& acceptance_tables();
+
+/// The rows of verification/explicit_acceptance.csv.
+std::vector<VerifyRow> acceptance_rows();
+
+}  // namespace matpoint
