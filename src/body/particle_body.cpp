@@ -17,8 +17,14 @@ template <int Dim>
 ParticleBody<Dim>::ParticleBody(const BodySpec& spec, const Grid<Dim>& grid, const TransferTable<Dim>& transfer)
     : name_(spec.name), material_(spec.material), transfer_(transfer) {
   const GridGeometry geometry = grid.geometry();
-  const Seeds seeds = spec.layout->fill(*spec.region, {Dim, geometry.lower, geometry.cell_size});
   const std::string where = fmt::format("{}{}body \"{}\"", spec.place, spec.place.empty() ? "" : ": ", spec.name);
+  const Seeds seeds = [&] {
+    try {
+      return spec.layout->fill(*spec.region, {Dim, geometry.lower, geometry.cell_size});
+    } catch (const InputError& error) {
+      throw InputError("{}: {}", where, error.what());
+    }
+  }();
   if (seeds.position.empty()) {
     throw InputError("{}: no particle lies in its region; make the region larger or the layout finer", where);
   }

@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "core/parameters.hpp"
 
@@ -12,19 +13,46 @@ namespace matpoint {
 class Region {
  public:
   virtual ~Region() = default;
-  /// Whether the closed region contains x [m].
+  /// Whether the closed region contains x [m]. What a difference removes is closed, too: its boundary is removed with it.
   virtual bool contains(const Vec3& x) const = 0;
   /// Corners of the bounding box [m]; infinite where the region is unbounded.
   virtual Vec3 lower() const = 0;
   virtual Vec3 upper() const = 0;
-  /// Area [m^2] in 2D, volume [m^3] in 3D, where a formula gives it; nothing for unions and differences.
+  /// Area [m^2] in 2D, volume [m^3] in 3D, where a formula gives it; nothing for half-spaces, unions and differences.
   virtual std::optional<Real> measure(int dim) const = 0;
+  /// Whether the region has one smooth surface, or one of faces, so that `normals` has an answer.
+  virtual bool has_normal() const { return false; }
+  /// Outward unit normals of the surface where it is nearest to the inner point x [m]: one, or one for each face that is equally near.
+  virtual std::vector<Vec3> normals(const Vec3&, int /*dim*/) const { return {}; }
   virtual Input write(int dim) const = 0;
   virtual void check(const Input&, const ReadContext&) const {}
 };
 
 using RegionPointer = std::shared_ptr<Region>;
 
+/// The points not farther than `radius` [m] from `center` [m]: a disk in 2D, a sphere in 3D.
+template <int Dim>
+struct Ball final : Region {
+  static constexpr auto name = Dim == 2 ? "disk" : "sphere";
+  static constexpr auto summary = Dim == 2 ? "A disk, 2D only." : "A sphere, 3D only.";
+
+  Vec3 center{};
+  Real radius = 1;
+
+  static void declare(ParameterTable<Ball>& table);
+  bool contains(const Vec3& x) const override;
+  Vec3 lower() const override;
+  Vec3 upper() const override;
+  std::optional<Real> measure(int dim) const override;
+  bool has_normal() const override { return true; }
+  std::vector<Vec3> normals(const Vec3& x, int dim) const override;
+  Input write(int dim) const override;
+  void check(const Input& input, const ReadContext& context) const override;
+};
+using Disk = Ball<2>;
+using Sphere = Ball<3>;
+
+/// box, disk, sphere, polygon, half_space, union, difference.
 const TypeRegistry<Region>& region_registry();
 
 }  // namespace matpoint

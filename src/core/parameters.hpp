@@ -236,14 +236,16 @@ class TypeRegistry {
     std::function<std::shared_ptr<Base>(const Input&, const ReadContext&)> read;
   };
 
+  void add(Entry entry) { entries_.push_back(std::move(entry)); }
+
   template <class Derived>
   void add() {
-    entries_.push_back({Derived::name, Derived::summary, parameters_of<Derived>().describe(), [](const Input& input, const ReadContext& context) {
-                          auto object = std::make_shared<Derived>();
-                          parameters_of<Derived>().read(input, context, *object, {"type"});
-                          object->check(input, context);
-                          return object;
-                        }});
+    add({Derived::name, Derived::summary, parameters_of<Derived>().describe(), [](const Input& input, const ReadContext& context) {
+      auto object = std::make_shared<Derived>();
+      parameters_of<Derived>().read(input, context, *object, {"type"});
+      object->check(input, context);
+      return object;
+    }});
   }
 
   /// Reads `{ type = "...", ... }`. `what` names the thing in messages, e.g. "region".

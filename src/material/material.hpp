@@ -44,11 +44,9 @@ class Material {
 
   /// The parameters with the key `type`, as in a case file.
   virtual Input write(int dim) const = 0;
-  /// Refuses combinations of parameters that are wrong together; each alone was checked when it was read.
-  virtual void check(const Input&, const ReadContext&) const {}
 };
 
-/// All laws that case files and Python can name. A new law adds one line to registry.cpp.
+/// All laws that case files and Python can name. A new law adds its name to laws.hpp.
 const TypeRegistry<Material>& material_registry();
 
 }  // namespace matpoint

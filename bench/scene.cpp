@@ -1,0 +1,144 @@
+#include "scene.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace matpoint::bench {
+namespace {
+
+constexpr double k_radius = 0.44;         // [m]
+constexpr double k_approach_speed = 0.05; // [m/s], of each body
+constexpr double k_courant = 0.2;         // wave speed * dt / cell size: the particles move about 1 % of a cell in a step
+
+class SeedList final : public Layout {
+ public:
+  explicit SeedList(Seeds seeds) : seeds_(std::move(seeds)) {}
+  Seeds fill(const Region&, const SeedingGrid&) const override { return seeds_; }
+  Input write(int) const override { return Input::table(); }
+
+ private:
+  Seeds seeds_;
+};
+
+class EverywhereRegion final : public Region {
+ public:
+  bool contains(const Vec3&) const override { return true; }
+  Vec3 lower() const override { return {-k_far, -k_far, -k_far}; }
+  Vec3 upper() const override { return {k_far, k_far, k_far}; }
+  std::optional<Real> measure(int) const override { return {}; }
+  Input write(int) const override { return Input::table(); }
+
+ private:
+  static constexpr Real k_far = std::numeric_limits<Real>::infinity();
+};
+
+Vec3 centre_of(std::size_t body, int dim, double cell_size) {
+  // One cell between the bodies: they share nodes, so contact is part of the work.
+  const double x = k_radius + cell_size / 2;
+  return {body == 0 ? 1 - x : 1 + x, 0.5, dim == 3 ? 0.5 : 0};
+}
+
+class BodyVelocity final : public VelocityField {
+ public:
+  BodyVelocity(std::size_t body, int dim, double cell_size) : body_(body), dim_(dim), centre_(centre_of(body, dim, cell_size)) {}
+  Vec3 at(const Vec3& x) const override {
+    const double rx = x[0] - centre_[0];
+    const double ry = x[1] - centre_[1];
+    const double rz = x[2] - centre_[2];
+    Vec3 v{(body_ == 0 ? k_approach_speed : -k_approach_speed) + 0.03 * rx - 0.05 * ry, 0.04 * rx - 0.02 * ry, 0};
+    if (dim_ == 3) {
+      v[0] += 0.02 * rz;
+      v[2] = 0.01 * rx - 0.03 * ry + 0.02 * rz;
+    }
+    return v;
+  }
+  Input write(int) const override { return Input::table(); }
+
+ private:
+  std::size_t body_;
+  int dim_;
+  Vec3 centre_;
+};
+
+int cells_across(int dim, std::size_t particles) {
+  const double spheres = dim == 2 ? 2 * std::numbers::pi * k_radius * k_radius : 8 * std::numbers::pi / 3 * std::pow(k_radius, 3);
+  const double per_unit_cell = spheres * std::pow(2.0, dim);
+  return std::max(8, static_cast<int>(std::lround(std::pow(static_cast<double>(particles) / per_unit_cell, 1.0 / dim))));
+}
+
+void fill_body(Scene& scene, std::size_t body, Arrangement arrangement) {
+  const double h = scene.cell_size / 2;
+  const Vec3 centre = centre_of(body, scene.dim, scene.cell_size);
+  const BodyVelocity velocity(body, scene.dim, scene.cell_size);
+  std::mt19937_64 random(body + 1);
+  const auto jitter = [&] { return arrangement == Arrangement::jitter ? h * (static_cast<double>(random() >> 11) * 0x1p-53 - 0.5) : 0; };
+  const int layers = scene.dim == 3 ? 2 * scene.cells[2] : 1;
+  for (int k = 0; k < layers; ++k) {
+    for (int j = 0; j < 2 * scene.cells[1]; ++j) {
+      for (int i = 0; i < 2 * scene.cells[0]; ++i) {
+        Vec3 x{(i + 0.5) * h, (j + 0.5) * h, scene.dim == 3 ? (k + 0.5) * h : 0};
+        const double rx = x[0] - centre[0];
+        const double ry = x[1] - centre[1];
+        const double rz = x[2] - centre[2];
+        if (rx * rx + ry * ry + rz * rz > k_radius * k_radius) continue;
+        for (std::size_t d = 0; d < static_cast<std::size_t>(scene.dim); ++d) x[d] += jitter();
+        scene.position[body].push_back(x);
+        scene.velocity[body].push_back(velocity.at(x));
+      }
+    }
+  }
+}
+
+}  // namespace
+
+Scene make_scene(int dim, Arrangement arrangement, std::size_t particles) {
+  Scene scene;
+  scene.dim = dim;
+  const int across = cells_across(dim, particles);
+  scene.cell_size = 1.0 / across;
+  scene.cells = {2 * across, across, dim == 3 ? across : 1};
+  scene.density = 1000;
+  scene.youngs_modulus = 1000;
+  scene.poissons_ratio = 0.3;
+  scene.volume = std::pow(scene.cell_size / 2, dim);
+  // Linear shapes with the stress updated last need it: a node that only a corner of a particle reaches would get any acceleration.
+  scene.mass_cutoff = 0.01 * scene.density * scene.volume;
+  const double nu = scene.poissons_ratio;
+  const double wave_speed = std::sqrt(scene.youngs_modulus * (1 - nu) / ((1 + nu) * (1 - 2 * nu) * scene.density));
+  scene.dt = k_courant * scene.cell_size / wave_speed;
+  for (std::size_t body = 0; body < 2; ++body) fill_body(scene, body, arrangement);
+  return scene;
+}
+
+Case make_case(const Scene& scene, StressOrder order) {
+  Case problem;
+  problem.name = "bench_step";
+  problem.dim = scene.dim;
+  for (std::size_t d = 0; d < static_cast<std::size_t>(scene.dim); ++d) {
+    problem.grid.upper[d] = scene.cells[d] * scene.cell_size;
+    problem.grid.cells.push_back(scene.cells[d]);
+  }
+  problem.solver.stress_order = order;
+  problem.solver.flip = 1;
+  problem.solver.mass_cutoff = scene.mass_cutoff;
+  problem.time.dt = scene.dt;
+  Input law = Input::table();
+  law.set("type", Input::string("neo_hookean"));
+  law.set("density", Input::real(scene.density));
+  law.set("youngs_modulus", Input::real(scene.youngs_modulus));
+  law.set("poissons_ratio", Input::real(scene.poissons_ratio));
+  for (std::size_t body = 0; body < 2; ++body) {
+    BodySpec spec;
+    spec.name = body == 0 ? "left" : "right";
+    spec.region = std::make_shared<EverywhereRegion>();
+    Seeds seeds{scene.position[body], std::vector<Real>(scene.position[body].size(), scene.volume)};
+    spec.layout = std::make_shared<SeedList>(std::move(seeds));
+    spec.velocity = std::make_shared<BodyVelocity>(body, scene.dim, scene.cell_size);
+    spec.material = material_registry().read(law, {scene.dim, "bench"}, "material");
+    problem.bodies.push_back(std::move(spec));
+  }
+  return problem;
+}
+
+}  // namespace matpoint::bench

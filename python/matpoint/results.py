@@ -1,0 +1,167 @@
+"""Reads a results folder: manifest.toml, history.csv, probe_<name>.csv and the fields in <body>.vtkhdf.
+
+A run may still be going on, or may have been killed: every file is complete up to its last row or time.
+"""
+
+from __future__ import annotations
+
+import csv
+import difflib
+import tomllib
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+COMPONENTS = {
+    3: ("x", "y", "z"),
+    6: ("xx", "yy", "zz", "xy", "yz", "xz"),
+    9: ("xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"),
+}
+
+
+class ResultsError(Exception):
+    """A results folder, or what is asked of it, is wrong; the text says what and what would be right."""
+
+
+def did_you_mean(name: str, known: list[str]) -> str:
+    """'; did you mean "x"?' or nothing."""
+    nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+    return f'; did you mean "{nearest[0]}"?' if nearest else ""
+
+
+def read_table(path: Path) -> dict[str, np.ndarray]:
+    """Columns of a CSV file that has its names in the first line.
+
+    Returns:
+        Column name -> float64 array, shape (rows,). A last row that was cut short is left out.
+    """
+    with open(path, newline="", encoding="utf-8") as file:
+        rows = list(csv.reader(file))
+    if not rows:
+        raise ResultsError(f'"{path}" is empty')
+    names = rows[0]
+    try:
+        values = np.array([[float(x) for x in row] for row in rows[1:] if len(row) == len(names)])
+    except ValueError as error:
+        raise ResultsError(f'"{path}" is no table of numbers: {error}') from error
+    values = values.reshape(-1, len(names))
+    return {name: values[:, column] for column, name in enumerate(names)}
+
+
+@dataclass
+class BodyFields:
+    """The particles of one body at all written times, read from the file on demand.
+
+    Attributes:
+        name: The body's name.
+        path: Its VTKHDF file.
+        times: Written times [s], shape (n_times,).
+        names: The fields in the file.
+        is_fluid: Whether the body's material has a viscosity.
+    """
+
+    name: str
+    path: Path
+    is_fluid: bool = False
+    times: np.ndarray = field(init=False)
+    names: list[str] = field(init=False)
+    _offsets: np.ndarray = field(init=False)
+
+    def __post_init__(self) -> None:
+        import h5py
+
+        try:
+            with h5py.File(self.path, "r") as file:
+                root = file["VTKHDF"]
+                count = int(root["Steps"].attrs["NSteps"])
+                self.times = root["Steps/Values"][:count]
+                self.names = sorted(root["PointData"])
+                begins = root["Steps/PointOffsets"][:count]
+                sizes = root["NumberOfPoints"][...][root["Steps/PartOffsets"][:count]] if count else begins
+        except (OSError, KeyError) as error:
+            raise ResultsError(f'"{self.path}" is not a VTKHDF file of matpoint: {error}') from error
+        self._offsets = np.stack([begins, begins + sizes], axis=1).astype(int)
+
+    def positions(self, index: int) -> np.ndarray:
+        """Particle positions [m] at the time `times[index]`, shape (n, 3); z = 0 in 2D."""
+        return self._read("Points", index)
+
+    def field(self, name: str, index: int) -> np.ndarray:
+        """A field at the time `times[index]`, shape (n,) or (n, components), in the order of particle ids."""
+        if name not in self.names:
+            known = ", ".join(self.names)
+            raise ResultsError(f'body "{self.name}" has no field "{name}", it has: {known}{did_you_mean(name, self.names)}')
+        return self._read(f"PointData/{name}", index)
+
+    def scalar(self, name: str, index: int) -> np.ndarray:
+        """One number per particle, shape (n,): a scalar field, `velocity` as its magnitude, or a component: `stress_xy`."""
+        base, _, component = name.rpartition("_")
+        if name in self.names or base not in self.names:
+            values = self.field(name, index)
+            if values.ndim == 1:
+                return values
+            if values.shape[1] == 3:
+                return np.linalg.norm(values, axis=1)
+            components = ", ".join(f"{name}_{suffix}" for suffix in COMPONENTS[values.shape[1]])
+            raise ResultsError(f'field "{name}" is a tensor; give one of its components: {components}')
+        values = self.field(base, index)
+        known = COMPONENTS.get(values.shape[1], ()) if values.ndim == 2 else ()
+        if component not in known:
+            raise ResultsError(f'field "{base}" has no component "{component}", it has: {", ".join(known) or "none"}')
+        return values[:, known.index(component)]
+
+    def _read(self, dataset: str, index: int) -> np.ndarray:
+        import h5py
+
+        begin, end = self._offsets[index]
+        with h5py.File(self.path, "r") as file:
+            return file["VTKHDF"][dataset][begin:end]
+
+
+class Results:
+    """A results folder.
+
+    Args:
+        folder: The folder that `matpoint run` wrote.
+
+    Attributes:
+        manifest: Everything in manifest.toml.
+        case: The resolved case.
+        dim: 2 or 3.
+        history: Columns of history.csv, each of shape (rows,); empty when there is none.
+        probes: For each probe its columns.
+        bodies: For each body with a VTKHDF file its fields.
+
+    Raises:
+        ResultsError: The folder is none that matpoint wrote.
+    """
+
+    def __init__(self, folder: str | Path) -> None:
+        self.folder = Path(folder)
+        if not self.folder.is_dir():
+            reason = "it is not a folder" if self.folder.exists() else "there is no such folder"
+            raise ResultsError(f'"{folder}" is no results folder: {reason}')
+        path = self.folder / "manifest.toml"
+        if not path.is_file():
+            raise ResultsError(f'"{folder}" is no results folder: it has no manifest.toml (`matpoint run` makes one)')
+        try:
+            self.manifest = tomllib.loads(path.read_text(encoding="utf-8"))
+            self.case = self.manifest["case"]
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError, KeyError) as error:
+            raise ResultsError(f'"{path}" is not a manifest of matpoint: {error}') from error
+        self.dim = int(self.case.get("dim", 2))
+        self.history = read_table(self.folder / "history.csv") if (self.folder / "history.csv").is_file() else {}
+        self.probes = {
+            file.stem.removeprefix("probe_"): read_table(file) for file in sorted(self.folder.glob("probe_*.csv"))
+        }
+        self.bodies: dict[str, BodyFields] = {}
+        for body in self.case.get("body", self.case.get("bodies", [])):
+            file = self.folder / f"{body['name']}.vtkhdf"
+            if file.is_file():
+                self.bodies[body["name"]] = BodyFields(body["name"], file, "viscosity" in body.get("material", {}))
+
+    def unit(self, field_name: str) -> str:
+        """Unit of a field or of a component of it, as text; empty when the manifest does not know it."""
+        units = self.manifest.get("units", {}).get("fields", {})
+        return units.get(field_name, units.get(field_name.rpartition("_")[0], ""))

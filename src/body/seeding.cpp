@@ -1,0 +1,316 @@
+#include "body/seeding.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace matpoint {
+namespace {
+
+// Ids are 32 bit wide inside the solver; a wrong power of ten shall be said at once and not after an hour of swapping.
+constexpr Real k_candidates_max = 4e9;
+
+void require_bounded(const Region& region, int dim) {
+  const Vec3 lower = region.lower();
+  const Vec3 upper = region.upper();
+  for (std::size_t d = 0; d < static_cast<std::size_t>(dim); ++d) {
+    if (std::isfinite(lower[d]) && std::isfinite(upper[d])) continue;
+    throw InputError("its region is unbounded, so it cannot be filled with particles; use a bounded region, or cut the half-space out of one with \"difference\"");
+  }
+}
+
+void require_countable(Real candidates) {
+  if (candidates <= k_candidates_max) return;
+  throw InputError("its layout would try {:.3g} places for particles, at most {:.0g} are possible; take a coarser layout", candidates, k_candidates_max);
+}
+
+/// All particles get the same volume, so that their sum is the body's, where a formula gives that; else the share of their lattice box.
+Seeds with_equal_volumes(std::vector<Vec3> positions, const Region& region, int dim, Real box_volume) {
+  Seeds seeds;
+  const auto n = static_cast<Real>(positions.size());
+  const std::optional<Real> measure = region.measure(dim);
+  seeds.volume.assign(positions.size(), measure ? *measure / n : box_volume);
+  seeds.position = std::move(positions);
+  return seeds;
+}
+
+/// Calls f(i, j, k) with the first index outermost, k only in 3D.
+template <class F>
+void for_each_box(int dim, const std::array<Index, 3>& count, F&& f) {
+  for (Index i = 0; i < count[0]; ++i) {
+    for (Index j = 0; j < count[1]; ++j) {
+      for (Index k = 0; k < (dim == 3 ? count[2] : 1); ++k) f(std::array<Index, 3>{i, j, k});
+    }
+  }
+}
+
+/// `value` as one number per direction: one number stands for all. Throws InputError for another length.
+std::vector<int> per_direction(const std::vector<int>& value, const std::string& name, const Input& input, const ReadContext& context) {
+  const auto dim = static_cast<std::size_t>(context.dim);
+  if (value.size() == 1) return std::vector<int>(dim, value[0]);
+  if (value.size() != dim) {
+    fail_input(input, context, fmt::format("{} = {} has {} numbers; give one, or one per direction ({})", name, input.text(), value.size(), dim));
+  }
+  return value;
+}
+
+/// A parameter that takes one integer, or one per direction.
+template <class T>
+void declare_counts(ParameterTable<T>& table, const std::string& name, std::vector<int> T::*member, const std::string& help) {
+  table.custom(
+      {name, "1", "integer, or one per direction", "", ">= 1", help, true},
+      [=](T& object, const Input& input, const ReadContext& context) {
+        std::vector<int> given;
+        if (input.is_number()) {
+          given.resize(1);
+          read_value(input, context, name, at_least(1), given[0]);
+        } else {
+          read_value(input, context, name, at_least(1), given);
+        }
+        object.*member = per_direction(given, name, input, context);
+      },
+      [=](const T& object, int dim) -> std::optional<Input> { return write_value(object.*member, dim); });
+}
+
+// --- layouts ---------------------------------------------------------------------------------------------------------
+
+struct Lattice final : Layout {
+  static constexpr auto name = "lattice";
+  static constexpr auto summary =
+      "The region's bounding box cut into divisions[0] x divisions[1] (x divisions[2]) boxes with 1 or 2 points per direction in each; points "
+      "outside of the region are left out.";
+
+  std::vector<int> divisions;
+  int points = 1;
+
+  static void declare(ParameterTable<Lattice>& table) {
+    declare_counts(table, "divisions", &Lattice::divisions, "Boxes along each side of the region's bounding box.");
+    table.optional("points", "1", &Lattice::points, between_closed(1, 2),
+                   "Points per direction in each box: 1 in its middle, or 2 at the Gauss points, +-1/(2 sqrt 3) of its side from the middle.");
+  }
+  Seeds fill(const Region& region, const SeedingGrid& grid) const override {
+    require_bounded(region, grid.dim);
+    const Vec3 lower = region.lower();
+    const Vec3 upper = region.upper();
+    std::array<Index, 3> count{1, 1, 1};
+    std::array<Index, 3> points_along{1, 1, 1};
+    Vec3 side{};
+    Real box_volume = 1;
+    Real candidates = 1;
+    for (std::size_t d = 0; d < static_cast<std::size_t>(grid.dim); ++d) {
+      count[d] = divisions[d];
+      points_along[d] = points;
+      side[d] = (upper[d] - lower[d]) / static_cast<Real>(count[d]);
+      box_volume *= side[d] / points;
+      candidates *= static_cast<Real>(count[d]) * points;
+    }
+    require_countable(candidates);
+    const Real offset = points == 2 ? 1 / (2 * std::sqrt(Real{3})) : 0;
+    std::vector<Vec3> positions;
+    for_each_box(grid.dim, count, [&](const std::array<Index, 3>& box) {
+      for_each_box(grid.dim, points_along, [&](const std::array<Index, 3>& point) {
+        Vec3 x{};
+        for (std::size_t d = 0; d < static_cast<std::size_t>(grid.dim); ++d) {
+          x[d] = lower[d] + (static_cast<Real>(box[d]) + 0.5 + (point[d] == 0 ? -offset : offset)) * side[d];
+        }
+        if (region.contains(x)) positions.push_back(x);
+      });
+    });
+    return with_equal_volumes(std::move(positions), region, grid.dim, box_volume);
+  }
+  Input write(int dim) const override { return write_typed(*this, dim); }
+};
+
+struct PerCell final : Layout {
+  static constexpr auto name = "per_cell";
+  static constexpr auto summary = "So many particles in each cell of the grid, evenly spaced; those outside of the region are left out.";
+
+  std::vector<int> count;
+  std::vector<int> along;  ///< Particles per direction in a cell.
+
+  static void declare(ParameterTable<PerCell>& table) {
+    table.custom(
+        {"count", "1", "integer, or one per direction", "", "a square (2D) or cube (3D) number, or one number per direction, each >= 1",
+         "Particles in a cell: 4 in 2D are 2 x 2; [2, 3] are 2 along x and 3 along y.", true},
+        [](PerCell& layout, const Input& input, const ReadContext& context) {
+          if (input.is_number()) {
+            layout.count.resize(1);
+            read_value(input, context, "count", at_least(1), layout.count[0]);
+            const int root = static_cast<int>(std::lround(std::pow(layout.count[0], 1.0 / context.dim)));
+            const int power = context.dim == 2 ? root * root : root * root * root;
+            if (power != layout.count[0]) {
+              fail_input(input, context,
+                         fmt::format("count = {} is no {} number, so it cannot be spread evenly; the nearest is {}, or give one number per direction",
+                                     layout.count[0], context.dim == 2 ? "square" : "cube", power));
+            }
+            layout.along.assign(static_cast<std::size_t>(context.dim), root);
+          } else {
+            read_value(input, context, "count", at_least(1), layout.count);
+            layout.along = per_direction(layout.count, "count", input, context);
+          }
+        },
+        [](const PerCell& layout, int dim) -> std::optional<Input> { return write_value(layout.along, dim); });
+  }
+  Seeds fill(const Region& region, const SeedingGrid& grid) const override {
+    require_bounded(region, grid.dim);
+    const Vec3 lower = region.lower();
+    const Vec3 upper = region.upper();
+    std::array<Index, 3> first{};
+    std::array<Index, 3> number{1, 1, 1};
+    Vec3 spacing{};
+    Real box_volume = 1;
+    Real candidates = 1;
+    for (std::size_t d = 0; d < static_cast<std::size_t>(grid.dim); ++d) {
+      spacing[d] = grid.cell_size[d] / along[d];
+      box_volume *= spacing[d];
+      const Real begin = std::floor((lower[d] - grid.lower[d]) / spacing[d]) - 1;
+      const Real end = std::ceil((upper[d] - grid.lower[d]) / spacing[d]) + 1;
+      candidates *= end - begin;
+      require_countable(candidates);
+      first[d] = static_cast<Index>(begin);
+      number[d] = static_cast<Index>(end - begin);
+    }
+    std::vector<Vec3> positions;
+    for_each_box(grid.dim, number, [&](const std::array<Index, 3>& box) {
+      Vec3 x{};
+      for (std::size_t d = 0; d < static_cast<std::size_t>(grid.dim); ++d) {
+        x[d] = grid.lower[d] + (static_cast<Real>(first[d] + box[d]) + 0.5) * spacing[d];
+      }
+      if (region.contains(x)) positions.push_back(x);
+    });
+    return with_equal_volumes(std::move(positions), region, grid.dim, box_volume);
+  }
+  Input write(int dim) const override { return write_typed(*this, dim); }
+};
+
+struct Polar final : Layout {
+  static constexpr auto name = "polar";
+  static constexpr auto summary = "Rings of particles about the center of a disk, 2D only; each particle stands for its piece of the ring.";
+
+  int rings = 1;
+  std::optional<int> sectors;
+
+  static void declare(ParameterTable<Polar>& table) {
+    table.required("rings", "1", &Polar::rings, between_closed(1, 100000), "Rings of equal width.");
+    table.optional("sectors", "1", &Polar::sectors, between_closed(3, 1000000),
+                   "Particles in each ring; without it as many as make the pieces about square.");
+  }
+  Seeds fill(const Region& region, const SeedingGrid& grid) const override {
+    const auto* disk = dynamic_cast<const Disk*>(&region);
+    if (disk == nullptr || grid.dim != 2) {
+      throw InputError("layout type = \"polar\" fills disks only; use \"lattice\" or \"per_cell\" for other regions");
+    }
+    Seeds seeds;
+    const Real width = disk->radius / rings;
+    for (int ring = 0; ring < rings; ++ring) {
+      const Real inner = ring * width;
+      const Real outer = (ring + 1) * width;
+      const int count = sectors.value_or(static_cast<int>(std::lround(2 * std::numbers::pi * (ring + 0.5))));
+      const Real half_angle = std::numbers::pi / count;
+      // The centre of mass of a piece of a ring, so that the body's first moments are exact.
+      const Real radius = 2.0 / 3 * (std::pow(outer, 3) - std::pow(inner, 3)) / (outer * outer - inner * inner) * std::sin(half_angle) / half_angle;
+      for (int k = 0; k < count; ++k) {
+        const Real angle = (2 * k + 1) * half_angle;
+        seeds.position.push_back({disk->center[0] + radius * std::cos(angle), disk->center[1] + radius * std::sin(angle), 0});
+        seeds.volume.push_back(half_angle * (outer * outer - inner * inner));
+      }
+    }
+    return seeds;
+  }
+  Input write(int dim) const override { return write_typed(*this, dim); }
+};
+
+// --- velocity fields -------------------------------------------------------------------------------------------------
+
+struct Uniform final : VelocityField {
+  static constexpr auto name = "uniform";
+  static constexpr auto summary = "The same velocity everywhere.";
+
+  Vec3 value{};
+
+  static void declare(ParameterTable<Uniform>& table) { table.required("value", "m/s", &Uniform::value, any_number(), "Velocity."); }
+  Vec3 at(const Vec3&) const override { return value; }
+  Input write(int dim) const override { return write_typed(*this, dim); }
+};
+
+struct Linear final : VelocityField {
+  static constexpr auto name = "linear";
+  static constexpr auto summary = "Linear in the position: v = value + gradient (x - center).";
+
+  Vec3 value{};
+  Vec3 center{};
+  std::vector<Vec3> gradient;
+
+  static void declare(ParameterTable<Linear>& table) {
+    table.optional("value", "m/s", &Linear::value, any_number(), "Velocity at the center.");
+    table.optional("center", "m", &Linear::center, any_number(), "Where the velocity is `value`.");
+    table.required("gradient", "1/s", &Linear::gradient, any_number(), "dim rows of dim numbers: row r holds the derivatives of component r.");
+  }
+  Vec3 at(const Vec3& x) const override {
+    Vec3 v = value;
+    for (std::size_t r = 0; r < gradient.size(); ++r) {
+      for (std::size_t c = 0; c < 3; ++c) v[r] += gradient[r][c] * (x[c] - center[c]);
+    }
+    return v;
+  }
+  Input write(int dim) const override { return write_typed(*this, dim); }
+  void check(const Input& input, const ReadContext& context) const override {
+    if (gradient.size() == static_cast<std::size_t>(context.dim)) return;
+    fail_input(*input.find("gradient"), context,
+               fmt::format("gradient has {} rows; the case has dim = {}, so it must have {}", gradient.size(), context.dim, context.dim));
+  }
+};
+
+struct Rotating final : VelocityField {
+  static constexpr auto name = "rotating";
+  static constexpr auto summary = "A rigid rotation about a center, with a translation: v = value + omega x (x - center).";
+
+  Vec3 value{};
+  Vec3 center{};
+  Vec3 omega{};
+
+  static void declare(ParameterTable<Rotating>& table) {
+    table.optional("value", "m/s", &Rotating::value, any_number(), "Velocity of the center.");
+    table.required("center", "m", &Rotating::center, any_number(), "Center of rotation.");
+    table.custom(
+        {"angular_velocity", "rad/s", "number in 2D, 3 numbers in 3D", "", "", "Angular velocity, counter-clockwise in 2D; a vector in 3D.", true},
+        [](Rotating& field, const Input& input, const ReadContext& context) {
+          if (context.dim == 3) read_value(input, context, "angular_velocity", any_number(), field.omega);
+          else read_value(input, context, "angular_velocity", any_number(), field.omega[2]);
+        },
+        [](const Rotating& field, int dim) -> std::optional<Input> {
+          return dim == 3 ? write_value(field.omega, dim) : write_value(field.omega[2], dim);
+        });
+  }
+  Vec3 at(const Vec3& x) const override {
+    const Vec3 r{x[0] - center[0], x[1] - center[1], x[2] - center[2]};
+    return {value[0] + omega[1] * r[2] - omega[2] * r[1], value[1] + omega[2] * r[0] - omega[0] * r[2], value[2] + omega[0] * r[1] - omega[1] * r[0]};
+  }
+  Input write(int dim) const override { return write_typed(*this, dim); }
+};
+
+}  // namespace
+
+const TypeRegistry<Layout>& layout_registry() {
+  static const TypeRegistry<Layout> registry = [] {
+    TypeRegistry<Layout> all;
+    all.add<PerCell>();
+    all.add<Lattice>();
+    all.add<Polar>();
+    return all;
+  }();
+  return registry;
+}
+
+const TypeRegistry<VelocityField>& velocity_registry() {
+  static const TypeRegistry<VelocityField> registry = [] {
+    TypeRegistry<VelocityField> all;
+    all.add<Uniform>();
+    all.add<Linear>();
+    all.add<Rotating>();
+    return all;
+  }();
+  return registry;
+}
+
+}  // namespace matpoint

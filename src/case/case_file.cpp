@@ -1,0 +1,251 @@
+#include "case/case_file.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <toml++/toml.h>
+
+namespace matpoint {
+namespace {
+
+constexpr std::uintmax_t k_file_size_max = 64u << 20;
+
+std::string place_of(const std::string& file, const toml::source_region& source) {
+  return source.begin.line > 0 ? fmt::format("{}:{}", file, source.begin.line) : file;
+}
+
+Input convert(const toml::node& node, const std::string& file) {
+  const std::string place = place_of(file, node.source());
+  if (const toml::table* table = node.as_table()) {
+    Input result = Input::table();
+    // In the order of the file, which toml++ does not keep: the first of several mistakes is the one to report.
+    std::vector<std::pair<std::string, const toml::node*>> entries;
+    for (const auto& [key, value] : *table) entries.emplace_back(std::string(key.str()), &value);
+    std::stable_sort(entries.begin(), entries.end(), [](const auto& a, const auto& b) {
+      const auto& x = a.second->source().begin;
+      const auto& y = b.second->source().begin;
+      return x.line != y.line ? x.line < y.line : x.column < y.column;
+    });
+    for (const auto& [key, value] : entries) result.set(key, convert(*value, file));
+    return result.with_place(place);
+  }
+  if (const toml::array* array = node.as_array()) {
+    Input result = Input::array();
+    for (const toml::node& item : *array) result.items().push_back(convert(item, file));
+    return result.with_place(place);
+  }
+  if (const auto* value = node.as_boolean()) return Input::boolean(value->get()).with_place(place);
+  if (const auto* value = node.as_integer()) return Input::integer(value->get()).with_place(place);
+  if (const auto* value = node.as_floating_point()) return Input::real(value->get()).with_place(place);
+  if (const auto* value = node.as_string()) return Input::string(value->get()).with_place(place);
+  throw InputError("{}: dates and times are not used in case files; times are numbers in seconds", place);
+}
+
+/// Text of a file in a message: one line, no control characters, not endless.
+std::string printable(std::string_view text) {
+  std::string result;
+  for (const char c : text.substr(0, 200)) result += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? '?' : c;
+  return result;
+}
+
+// --- writing ---------------------------------------------------------------------------------------------------------
+
+std::string string_text(const std::string& value) {
+  std::string text = "\"";
+  for (const char c : value) {
+    const auto u = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') text += std::string("\\") + c;
+    else if (u < 0x20 || u == 0x7f) text += fmt::format("\\u{:04X}", u);
+    else text += c;
+  }
+  return text + '"';
+}
+
+std::string real_text(Real value) {
+  if (std::isnan(value)) return "nan";
+  if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
+  std::string text = fmt::format("{}", value);
+  return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
+}
+
+std::string key_text(const std::string& key) {
+  const auto is_plain = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-'; };
+  return !key.empty() && std::all_of(key.begin(), key.end(), is_plain) ? key : string_text(key);
+}
+
+std::string inline_text(const Input& input) {
+  switch (input.kind()) {
+    case Input::Kind::boolean: return input.as_boolean() ? "true" : "false";
+    case Input::Kind::integer: return fmt::format("{}", input.as_integer());
+    case Input::Kind::real: return real_text(input.as_real());
+    case Input::Kind::string: return string_text(input.as_string());
+    case Input::Kind::array: {
+      std::string text = "[";
+      for (std::size_t i = 0; i < input.items().size(); ++i) text += (i > 0 ? ", " : "") + inline_text(input.items()[i]);
+      return text + "]";
+    }
+    case Input::Kind::table: break;
+  }
+  std::string text;
+  for (const auto& [key, value] : input.entries()) text += (text.empty() ? " " : ", ") + key_text(key) + " = " + inline_text(value);
+  return "{" + text + (text.empty() ? "}" : " }");
+}
+
+bool is_table_list(const Input& input) {
+  return input.kind() == Input::Kind::array && !input.items().empty() &&
+         std::all_of(input.items().begin(), input.items().end(), [](const Input& item) { return item.kind() == Input::Kind::table; });
+}
+
+/// Things with a type read best on one line.
+bool is_inline(const Input& input) {
+  if (input.kind() == Input::Kind::table) return input.find("type") != nullptr && input.find("stress_order") == nullptr;
+  return !is_table_list(input) || is_inline(input.items().front());
+}
+
+void write_table(const Input& table, const std::string& path, std::string& text) {
+  for (const auto& [key, value] : table.entries()) {
+    if (is_inline(value)) text += key_text(key) + " = " + inline_text(value) + "\n";
+  }
+  for (const auto& [key, value] : table.entries()) {
+    if (is_inline(value)) continue;
+    const std::string inner = path.empty() ? key_text(key) : path + "." + key_text(key);
+    if (value.kind() == Input::Kind::table) {
+      text += "\n[" + inner + "]\n";
+      write_table(value, inner, text);
+    } else {
+      for (const Input& item : value.items()) {
+        text += "\n[[" + inner + "]]\n";
+        write_table(item, inner, text);
+      }
+    }
+  }
+}
+
+// --- --set -----------------------------------------------------------------------------------------------------------
+
+std::vector<std::string> split_path(const std::string& path) {
+  std::vector<std::string> words;
+  std::stringstream stream(path);
+  for (std::string word; std::getline(stream, word, '.');) words.push_back(word);
+  return words;
+}
+
+/// The value as TOML, or the text itself as a string: `--set grid.particles_outside=stop` needs no quotes.
+Input set_value(const std::string& text, const std::string& place) {
+  const std::string line = "value = " + text;
+  if (text.find('\n') == std::string::npos) {
+    try {
+      const toml::table parsed = toml::parse(line);
+      if (parsed.size() == 1) {
+        Input value = convert(*parsed.get("value"), place);
+        return value;
+      }
+    } catch (const toml::parse_error&) {
+      // Not TOML: a plain word.
+    }
+  }
+  return Input::string(text);
+}
+
+/// All places below `input` become the one of the option.
+void set_place(Input& input, const std::string& place) {
+  input.with_place(place);
+  for (Input& item : input.items()) set_place(item, place);
+  for (auto& [key, value] : input.entries()) set_place(value, place);
+}
+
+/// The item of a list that `word` names: by its name, or by its number from 1.
+Input& find_item(Input& list, const std::string& word, const std::string& place) {
+  std::vector<std::string> names;
+  for (Input& item : list.items()) {
+    const Input* name = item.kind() == Input::Kind::table ? item.find("name") : nullptr;
+    if (name == nullptr || name->kind() != Input::Kind::string) continue;
+    if (name->as_string() == word) return item;
+    names.push_back(name->as_string());
+  }
+  std::size_t number = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
+  if (error == std::errc{} && end == word.data() + word.size() && number >= 1 && number <= list.items().size()) return list.items()[number - 1];
+  throw InputError("{}: there is no \"{}\"; give {}{}a number from 1 to {}{}", place, word, list_names(names), names.empty() ? "" : " or ",
+                   list.items().size(), did_you_mean(word, names));
+}
+
+}  // namespace
+
+Input parse_toml(const std::string& text, const std::string& file) {
+  try {
+    return convert(toml::parse(text), file).with_place(file);
+  } catch (const toml::parse_error& error) {
+    throw InputError("{}: not valid TOML: {}", place_of(file, error.source()), printable(error.description()));
+  }
+}
+
+std::string write_toml(const Input& input) {
+  std::string text;
+  write_table(input, "", text);
+  return text;
+}
+
+void apply_set(Input& input, const std::string& assignment) {
+  const std::size_t equals = assignment.find('=');
+  if (equals == std::string::npos || equals == 0) {
+    throw InputError("--set {}: expected KEY=VALUE, e.g. --set solver.flip=0.99", printable(assignment));
+  }
+  const std::string path = assignment.substr(0, equals);
+  const std::string place = "--set " + path;
+  const std::vector<std::string> words = split_path(path);
+  Input* target = &input;
+  for (std::size_t w = 0; w < words.size(); ++w) {
+    const bool is_last = w + 1 == words.size();
+    if (words[w].empty()) throw InputError("{}: the key has an empty part", place);
+    if (target->kind() == Input::Kind::array) {
+      target = &find_item(*target, words[w], place);
+      if (is_last) throw InputError("{}: names a whole entry; name a key in it, e.g. {}.name", place, path);
+      continue;
+    }
+    if (target->kind() != Input::Kind::table) throw InputError("{}: \"{}\" stands below {}, which is no table", place, words[w], target->text());
+    if (is_last) {
+      Input value = set_value(assignment.substr(equals + 1), place);
+      set_place(value, place);
+      target->set(words[w], std::move(value));
+      return;
+    }
+    Input* next = target->find(words[w]);
+    target = next != nullptr ? next : &target->set(words[w], Input::table().with_place(place));
+  }
+}
+
+CaseText find_case(const std::string& name) {
+  namespace fs = std::filesystem;
+  std::error_code ignored;
+  const fs::path path(name);
+  const std::string stem = path.stem().string();
+  if (!fs::exists(path, ignored)) {
+    const auto shipped = shipped_cases().find(path.has_parent_path() || path.extension() != ".toml" ? name : stem);
+    if (shipped != shipped_cases().end()) return {shipped->second, shipped->first + ".toml", shipped->first};
+    std::vector<std::string> names;
+    for (const auto& [known, text] : shipped_cases()) names.push_back(known);
+    throw InputError("there is no file and no shipped case \"{}\"{} (`matpoint list cases` names the shipped ones)", printable(name), did_you_mean(stem, names));
+  }
+  if (fs::is_directory(path, ignored)) throw InputError("\"{}\" is a folder; give a case file", name);
+  if (const auto size = fs::file_size(path, ignored); !ignored && size > k_file_size_max) {
+    throw InputError("\"{}\" has {} bytes; a case file of more than {} MB must be a mistake", name, size, k_file_size_max >> 20);
+  }
+  std::ifstream stream(path, std::ios::binary);
+  std::stringstream text;
+  text << stream.rdbuf();
+  if (!stream) throw InputError("cannot read \"{}\": {}", name, std::strerror(errno));
+  return {text.str(), name, stem};
+}
+
+Case load_case(const std::string& name, const std::vector<std::string>& sets) {
+  const CaseText found = find_case(name);
+  Input input = parse_toml(found.text, found.file);
+  for (const std::string& set : sets) apply_set(input, set);
+  return Case::from_input(input, found.name);
+}
+
+}  // namespace matpoint

@@ -1,0 +1,45 @@
+// history.csv: sums over the bodies against time.
+#pragma once
+
+#include "io/output_file.hpp"
+#include "io/snapshot.hpp"
+
+namespace matpoint {
+
+/// All bodies together, with what has crossed the system's border.
+struct SystemTotals {
+  BodyTotals sum;  ///< With no particles left, centre, extent and J are nan.
+  Ledger ledger;
+  /// What the transfers between particles and grid have taken since the start [J]; positive is a loss, negative a gain:
+  /// E_start - (kinetic + strain + gravitational + damping_dissipation + viscous_dissipation - boundary_work + removed_energy).
+  Real transfer_loss = 0;
+};
+
+SystemTotals system_totals(const Snapshot& snapshot);
+
+struct HistoryColumn {
+  std::string name;
+  std::string unit;
+};
+
+/// Columns of history.csv: time, step, dt, the totals, and the same sums for each body as `<body>.<sum>`.
+std::vector<HistoryColumn> history_columns(const Solver& solver);
+
+/// One row of history.csv, in the order of history_columns().
+std::vector<Real> history_row(const Snapshot& snapshot);
+
+class History {
+ public:
+  /// Creates the file with its header line. Throws SolverError.
+  History(const std::filesystem::path& path, const Solver& solver);
+  /// Appends one row, numbers as short as they can be and still read back to the same bits. Throws SolverError.
+  void write(const Snapshot& snapshot);
+
+ private:
+  GrowingFile file_;
+};
+
+/// The numbers as a line of a CSV file.
+std::string csv_row(const std::vector<Real>& values);
+
+}  // namespace matpoint

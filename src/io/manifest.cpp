@@ -1,0 +1,93 @@
+#include "io/manifest.hpp"
+
+#include <ctime>
+#include <fstream>
+#include <sstream>
+
+#include "case/case_file.hpp"
+#include "core/version.hpp"
+
+namespace matpoint {
+namespace {
+
+/// The first line, by which a folder is recognised as ours before anything in it is deleted.
+constexpr const char* k_signature = "# matpoint results";
+
+Input string_list(const std::vector<std::string>& texts) {
+  std::vector<Input> items;
+  for (const std::string& text : texts) items.push_back(Input::string(text));
+  return Input::array(std::move(items));
+}
+
+Input profile_table(const Profile& profile) {
+  Input table = Input::table();
+  for (const Profile::Entry& entry : profile.entries()) table.set(entry.label, Input::real(entry.seconds));
+  return table;
+}
+
+}  // namespace
+
+std::string instruction_set() {
+#if defined(__x86_64__)
+#ifndef MATPOINT_NO_MULTIVERSION
+  if (__builtin_cpu_supports("x86-64-v4")) return "x86-64-v4";
+  if (__builtin_cpu_supports("x86-64-v3")) return "x86-64-v3";
+#endif
+  return "x86-64";
+#elif defined(__aarch64__)
+  return "aarch64";
+#else
+  return "generic";
+#endif
+}
+
+std::string time_stamp() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z", utc.tm_year + 1900, utc.tm_mon + 1, utc.tm_mday, utc.tm_hour, utc.tm_min,
+                     utc.tm_sec);
+}
+
+std::string manifest_text(const Manifest& manifest, const Snapshot& snapshot) {
+  Input run = Input::table();
+  run.set("status", Input::string(manifest.status));
+  if (!manifest.message.empty()) run.set("message", Input::string(manifest.message));
+  run.set("case_name", Input::string(snapshot.problem.name));
+  run.set("command", Input::string(manifest.command));
+  run.set("version", Input::string(version()));
+  run.set("commit", Input::string(commit()));
+  run.set("instruction_set", Input::string(instruction_set()));
+  run.set("threads", Input::integer(manifest.threads));
+  run.set("started", Input::string(manifest.started));
+  if (!manifest.ended.empty()) run.set("ended", Input::string(manifest.ended));
+  run.set("time", Input::real(snapshot.time));
+  run.set("steps", Input::integer(snapshot.step));
+  run.set("files", string_list(manifest.files));
+  if (!manifest.probes.empty()) run.set("probes", string_list(manifest.probes));
+  Input& units = run.set("units", Input::table());
+  units.set("history", manifest.history_units);
+  units.set("fields", manifest.field_units);
+  run.set("seconds", profile_table(snapshot.solver.profile()));
+  run.set("case", manifest.case_input);
+  return fmt::format("{}\n{}", k_signature, write_toml(run));
+}
+
+std::vector<std::string> manifest_files(const std::filesystem::path& path) {
+  std::ifstream stream(path);
+  std::stringstream text;
+  text << stream.rdbuf();
+  const InputError foreign("\"{}\" was not written by matpoint", path.string());
+  if (!stream || !text.str().starts_with(k_signature)) throw foreign;
+  const Input run = parse_toml(text.str(), path.string());
+  const Input* files = run.find("files");
+  if (files == nullptr || files->kind() != Input::Kind::array) throw foreign;
+  std::vector<std::string> names;
+  for (const Input& item : files->items()) {
+    if (item.kind() != Input::Kind::string) throw foreign;
+    names.push_back(item.as_string());
+  }
+  return names;
+}
+
+}  // namespace matpoint

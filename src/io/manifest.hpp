@@ -1,0 +1,34 @@
+// manifest.toml: what made a results folder, and how the run ended.
+#pragma once
+
+#include "io/snapshot.hpp"
+
+namespace matpoint {
+
+/// The instruction set that the kernels were compiled for or choose on this processor: "x86-64-v3", ...
+std::string instruction_set();
+
+/// Now, as "2025-01-31T12:00:00Z".
+std::string time_stamp();
+
+struct Manifest {
+  std::string status = "running";  ///< "running", "finished", "interrupted", "failed", ...
+  std::string message;             ///< Why the run failed.
+  std::string command;             ///< The command line.
+  int threads = 1;
+  std::string started;
+  std::string ended;                ///< Empty while the run goes on.
+  std::vector<std::string> probes;  ///< For each probe: name, body and particle.
+  std::vector<std::string> files;   ///< The folder's files; `*` stands for the digits of a series.
+  Input case_input;                 ///< The resolved case.
+  Input history_units;              ///< Units of the columns of history.csv and the probes, bodies' columns under the name of the sum.
+  Input field_units;
+};
+
+/// The text of the file, with the state of the run.
+std::string manifest_text(const Manifest& manifest, const Snapshot& snapshot);
+
+/// The files that the run of an existing manifest wrote, relative to its folder. Throws InputError if it is none of ours.
+std::vector<std::string> manifest_files(const std::filesystem::path& path);
+
+}  // namespace matpoint

@@ -1,0 +1,269 @@
+#include "io/results_folder.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <set>
+
+namespace matpoint {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* k_manifest = "manifest.toml";
+
+bool has(const std::vector<std::string>& list, const std::string& name) { return std::find(list.begin(), list.end(), name) != list.end(); }
+
+/// Names of bodies and probes become file names and columns of a CSV file.
+void check_file_name(const std::string& what, const std::string& name, const std::string& place) {
+  const auto is_allowed = [](char c) {
+    const auto u = static_cast<unsigned char>(c);
+    return std::isalnum(u) != 0 || u >= 0x80 || std::string_view("_-+. ").find(c) != std::string_view::npos;
+  };
+  if (!name.empty() && name.size() <= 100 && name[0] != '.' && std::all_of(name.begin(), name.end(), is_allowed)) return;
+  throw InputError(
+      "{}{} \"{}\": its results cannot be named so; allowed: 1 to 100 letters, digits, spaces or any of _ - + . but not a . first",
+      place.empty() ? "" : place + ": ", what, name);
+}
+
+void check_file_names(const Case& problem) {
+  std::set<std::string> taken;
+  if (problem.output.grid) taken.insert("grid");
+  for (const BodySpec& body : problem.bodies) {
+    check_file_name("body", body.name, body.place);
+    if (!taken.insert(body.name).second) {
+      throw InputError("{}body \"{}\": its files would have the names of {}; rename the body", body.place.empty() ? "" : body.place + ": ",
+                       body.name, body.name == "grid" ? "the grid's" : "another body's");
+    }
+  }
+  taken.clear();
+  for (const ProbeSpec& probe : problem.probes) {
+    check_file_name("probe", probe.name, probe.place);
+    if (!taken.insert(probe.name).second) {
+      throw InputError("{}probe \"{}\": another probe has this name; rename one", probe.place.empty() ? "" : probe.place + ": ",
+                       probe.name);
+    }
+  }
+}
+
+/// Whether `name` is `pattern` with digits for its `*`, or the temporary file of such a name.
+bool matches(const std::string& name, const std::string& pattern) {
+  const std::string full = name.ends_with(".tmp") ? name.substr(0, name.size() - 4) : name;
+  const std::size_t star = pattern.find('*');
+  if (star == std::string::npos) return full == pattern;
+  const std::string_view tail = std::string_view(pattern).substr(star + 1);
+  if (full.size() <= star + tail.size() || !full.starts_with(pattern.substr(0, star)) || !full.ends_with(tail)) return false;
+  const std::string_view digits = std::string_view(full).substr(star, full.size() - star - tail.size());
+  return std::all_of(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+void add_units(Input& table, const std::vector<HistoryColumn>& columns) {
+  for (const HistoryColumn& column : columns) {
+    // A body's columns have the units of the totals.
+    if (column.name.find('.') == std::string::npos) table.set(column.name, Input::string(column.unit));
+  }
+}
+
+FieldSet particles_of(const Snapshot& now, std::size_t body, const std::vector<std::string>& names) {
+  FieldSet set{now.time, pad_vector(now.solver.field(body, "position")).values, {}};
+  for (const std::string& name : names) set.fields.push_back(pad_vector(now.solver.field(body, name)));
+  return set;
+}
+
+}  // namespace
+
+ResultsFolder::ResultsFolder(fs::path path, ExistingFolder existing) : path_(std::move(path)), existing_(existing) { check_folder(); }
+
+void ResultsFolder::check_folder() const {
+  std::error_code error;
+  const fs::file_status status = fs::status(path_, error);
+  if (status.type() == fs::file_type::not_found) return;
+  if (status.type() != fs::file_type::directory) {
+    throw InputError("cannot create results folder \"{}\": {}", path_.string(), error ? error.message() : "there is a file of that name");
+  }
+  const bool is_empty = fs::is_empty(path_, error);
+  if (error) throw InputError("cannot create results folder \"{}\": {}", path_.string(), error.message());
+  if (is_empty) return;
+  if (existing_ == ExistingFolder::refuse) {
+    throw InputError("results folder \"{}\" exists and is not empty; give --overwrite to replace it, or another folder with --out",
+                     path_.string());
+  }
+  if (!fs::exists(path_ / k_manifest, error)) {
+    throw InputError(
+        "results folder \"{}\" holds files but no {}, so no run of matpoint wrote it and nothing in it is deleted; give another "
+        "folder with --out",
+        path_.string(), k_manifest);
+  }
+  manifest_files(path_ / k_manifest);
+}
+
+void ResultsFolder::begin(const Snapshot& start, int threads, const std::string& command) {
+  const Case& problem = start.problem;
+  check_file_names(problem);
+  manifest_.threads = threads;
+  manifest_.command = command;
+  manifest_.started = time_stamp();
+  manifest_.case_input = problem.to_input();
+  manifest_.history_units = Input::table();
+  add_units(manifest_.history_units, history_columns(start.solver));
+  add_units(manifest_.history_units, probe_columns(start.solver.dim()));
+  choose_fields(start);
+  std::vector<ProbeTarget> targets;
+  for (const ProbeSpec& probe : problem.probes) {
+    targets.push_back(find_probe(probe, start.solver));
+    manifest_.probes.push_back(fmt::format("{}: particle {} of {}", probe.name, targets.back().particle, probe.body));
+  }
+  list_files(start);
+
+  check_folder();
+  try {
+    delete_earlier_run();
+    make_folder();
+    write_manifest(start);
+    make_writers(start, targets);
+  } catch (const SolverError& error) {
+    // Nothing has run yet: a folder that cannot be written is a wrong --out, not a failed run.
+    throw InputError("cannot create results folder \"{}\": {}", path_.string(), error.what());
+  } catch (const fs::filesystem_error& error) {
+    throw InputError("cannot create results folder \"{}\": {}", path_.string(), error.code().message());
+  }
+}
+
+void ResultsFolder::choose_fields(const Snapshot& start) {
+  const std::vector<std::string>& wanted = start.problem.output.fields;
+  std::vector<std::string> known;
+  manifest_.field_units = Input::table();
+  for (std::size_t b = 0; b < start.solver.body_count(); ++b) {
+    Writers& writers = bodies_.emplace_back();
+    for (const std::string& name : start.solver.field_names(b)) {
+      if (!has(known, name)) known.push_back(name);
+      // The points' coordinates are always written.
+      if (name != "position" && (wanted.empty() || has(wanted, name))) {
+        writers.fields.push_back(name);
+        manifest_.field_units.set(name, Input::string(start.solver.field(b, name).unit));
+      }
+    }
+  }
+  for (const std::string& name : wanted) {
+    if (!has(known, name)) {
+      throw InputError("output: fields: \"{}\" is unknown, allowed: {}{}", name, list_names(known), did_you_mean(name, known));
+    }
+  }
+}
+
+void ResultsFolder::list_files(const Snapshot& start) {
+  const OutputSpec& output = start.problem.output;
+  manifest_.files = {k_manifest, "history.csv"};
+  for (const ProbeSpec& probe : start.problem.probes) manifest_.files.push_back("probe_" + probe.name + ".csv");
+  const auto add = [&](const std::string& name, const std::string& extension) {
+    if (has(output.formats, "vtkhdf")) manifest_.files.push_back(name + ".vtkhdf");
+    if (has(output.formats, "vtu")) {
+      manifest_.files.push_back(name + ".pvd");
+      manifest_.files.push_back("vtu/" + name + "_*" + extension);
+    }
+  };
+  for (std::size_t b = 0; b < start.solver.body_count(); ++b) add(start.solver.body_name(b), ".vtu");
+  if (output.grid) add("grid", ".vti");
+}
+
+void ResultsFolder::delete_earlier_run() const {
+  if (!fs::exists(path_ / k_manifest)) return;
+  std::set<fs::path> folders;
+  for (const std::string& entry : manifest_files(path_ / k_manifest)) {
+    const fs::path pattern(entry);
+    // Whatever has become of the manifest: nothing outside the folder is deleted. The manifest itself goes last, so that an
+    // interrupted deletion can be taken up again.
+    if (entry == k_manifest || pattern.is_absolute() || has({pattern.begin(), pattern.end()}, "..")) continue;
+    const fs::path folder = path_ / pattern.parent_path();
+    if (!fs::is_directory(folder)) continue;
+    std::vector<fs::path> found;
+    for (const fs::directory_entry& file : fs::directory_iterator(folder)) {
+      if (!file.is_directory() && matches(file.path().filename().string(), pattern.filename().string())) found.push_back(file.path());
+    }
+    for (const fs::path& file : found) fs::remove(file);
+    if (pattern.has_parent_path()) folders.insert(folder);
+  }
+  for (const fs::path& folder : folders) {
+    if (fs::is_empty(folder)) fs::remove(folder);
+  }
+  fs::remove(path_ / k_manifest);
+}
+
+void ResultsFolder::make_folder() const {
+  fs::create_directories(path_);
+  const bool has_series =
+      std::any_of(manifest_.files.begin(), manifest_.files.end(), [](const std::string& file) { return file.starts_with("vtu/"); });
+  if (has_series) fs::create_directories(path_ / "vtu");
+}
+
+void ResultsFolder::make_writers(const Snapshot& start, const std::vector<ProbeTarget>& targets) {
+  const OutputSpec& output = start.problem.output;
+  const Number real = output.precision == "double" ? Number::float64 : Number::float32;
+  const bool has_hdf = has(output.formats, "vtkhdf");
+  const bool has_vtu = has(output.formats, "vtu");
+  const int dim = start.solver.dim();
+  history_.emplace(path_ / "history.csv", start.solver);
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    probes_.push_back(std::make_unique<Probe>(path_ / ("probe_" + start.problem.probes[i].name + ".csv"), targets[i], dim));
+  }
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const std::string& name = start.solver.body_name(b);
+    if (has_hdf) bodies_[b].hdf.emplace(path_ / (name + ".vtkhdf"), real);
+    if (has_vtu) bodies_[b].vtu.emplace(path_, name, real);
+  }
+  if (output.grid && has_hdf) grid_hdf_.emplace(path_ / "grid.vtkhdf", real, start.solver.grid(), dim);
+  if (output.grid && has_vtu) grid_vtu_.emplace(path_, "grid", real, start.solver.grid());
+}
+
+void ResultsFolder::write_history(const Snapshot& now) {
+  if (history_step_ == now.step) return;
+  history_->write(now);
+  for (const auto& probe : probes_) probe->write(now);
+  history_step_ = now.step;
+  history_time_ = now.time;
+}
+
+void ResultsFolder::write_fields(const Snapshot& now) {
+  if (fields_step_ == now.step) return;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (!bodies_[b].hdf && !bodies_[b].vtu) continue;
+    const FieldSet particles = particles_of(now, b, bodies_[b].fields);
+    if (bodies_[b].hdf) bodies_[b].hdf->write(particles);
+    if (bodies_[b].vtu) bodies_[b].vtu->write(particles);
+  }
+  if (grid_hdf_ || grid_vtu_) {
+    FieldSet nodes{now.time, {}, {}};
+    for (Field& field : now.solver.grid_fields()) nodes.fields.push_back(pad_vector(std::move(field)));
+    if (grid_hdf_) grid_hdf_->write(nodes);
+    if (grid_vtu_) grid_vtu_->write(nodes);
+  }
+  fields_step_ = now.step;
+  fields_time_ = now.time;
+}
+
+void ResultsFolder::finish(const Snapshot& end, const std::string& status) {
+  manifest_.status = status;
+  manifest_.ended = time_stamp();
+  write_manifest(end);
+}
+
+void ResultsFolder::fail(const Snapshot& end, const std::string& message) noexcept {
+  try {
+    manifest_.message = message;
+    finish(end, "failed");
+  } catch (const std::exception&) {
+    // The manifest of the start stays, with status = "running".
+  }
+}
+
+std::string ResultsFolder::last_written() const {
+  if (history_step_ < 0 && fields_step_ < 0) return fmt::format("nothing in {}", path_.string());
+  const auto part = [](const char* what, Index step, Real time) {
+    return step < 0 ? fmt::format("no {}", what) : fmt::format("{} at t = {:.8g} s", what, time);
+  };
+  return fmt::format("{}, {} in {}", part("history", history_step_, history_time_), part("fields", fields_step_, fields_time_),
+                     path_.string());
+}
+
+void ResultsFolder::write_manifest(const Snapshot& now) const { write_file(path_ / k_manifest, manifest_text(manifest_, now)); }
+
+}  // namespace matpoint

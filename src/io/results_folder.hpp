@@ -1,0 +1,80 @@
+// The results of one run in one folder (docs/case_file.md describes the files):
+//
+//   manifest.toml                    resolved case, version, commit, threads, state of the run
+//   history.csv, probe_<name>.csv    a row per history interval
+//   <body>.vtkhdf, grid.vtkhdf       fields of all times, formats = ["vtkhdf"]
+//   <body>.pvd + vtu/<body>_*.vtu    the same for older ParaView, formats = ["vtu"]; the grid as grid.pvd + vtu/grid_*.vti
+//
+// Everything is on its way to the disk when a call returns, so a run that is killed or fails leaves readable files.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "io/manifest.hpp"
+#include "io/probe.hpp"
+#include "io/vtkhdf.hpp"
+#include "io/vtu.hpp"
+
+namespace matpoint {
+
+enum class ExistingFolder { refuse, overwrite };
+
+class ResultsFolder {
+ public:
+  /// Checks that the folder may be used, and touches nothing. Throws InputError: not a folder; not empty and `refuse`; with
+  /// `overwrite`, a folder with files that is not an earlier run's.
+  explicit ResultsFolder(std::filesystem::path path, ExistingFolder existing = ExistingFolder::refuse);
+
+  const std::filesystem::path& path() const { return path_; }
+
+  /// Resolves probes and fields, makes the folder (with `overwrite`, deletes what the earlier run wrote and nothing else), and writes
+  /// the manifest with status = "running". Throws InputError.
+  void begin(const Snapshot& start, int threads, const std::string& command = "");
+
+  /// Appends to the history and the probes; does nothing if this step is there already. Throws SolverError.
+  void write_history(const Snapshot& now);
+
+  /// Appends to the field files; does nothing if this step is there already. Throws SolverError.
+  void write_fields(const Snapshot& now);
+
+  /// Rewrites the manifest with the way the run ended: "finished", "interrupted", ... Throws SolverError.
+  void finish(const Snapshot& end, const std::string& status);
+
+  /// The same with status = "failed" and the message. Never throws: the failure may be that nothing can be written, and the caller has
+  /// an error to report.
+  void fail(const Snapshot& end, const std::string& message) noexcept;
+
+  /// "history at t = 0.5 s, fields at t = 0.4 s in results/disks", for messages.
+  std::string last_written() const;
+
+ private:
+  struct Writers {
+    std::vector<std::string> fields;
+    std::optional<VtkHdfParticles> hdf;
+    std::optional<VtuSeries> vtu;
+  };
+
+  void check_folder() const;
+  void choose_fields(const Snapshot& start);
+  void list_files(const Snapshot& start);
+  void delete_earlier_run() const;
+  void make_folder() const;
+  void make_writers(const Snapshot& start, const std::vector<ProbeTarget>& targets);
+  void write_manifest(const Snapshot& now) const;
+
+  std::filesystem::path path_;
+  ExistingFolder existing_;
+  Manifest manifest_;
+  std::optional<History> history_;
+  std::vector<std::unique_ptr<Probe>> probes_;
+  std::vector<Writers> bodies_;
+  std::optional<VtkHdfImage> grid_hdf_;
+  std::optional<VtuSeries> grid_vtu_;
+  Index history_step_ = -1;
+  Index fields_step_ = -1;
+  Real history_time_ = 0;
+  Real fields_time_ = 0;
+};
+
+}  // namespace matpoint

@@ -1,0 +1,53 @@
+// Temporal VTKHDF files: all times in one file, read by ParaView >= 5.12, VTK >= 9.3 and PyVista.
+// Source: VTK File Formats, "VTKHDF File Format", version 2.0 (Kitware).
+#pragma once
+
+#include "io/field_file.hpp"
+
+namespace matpoint {
+
+/// The particles of one body, as an unstructured grid of vertices.
+class VtkHdfParticles {
+ public:
+  /// `real`: how real numbers are stored. The file is made by the first write.
+  VtkHdfParticles(std::filesystem::path path, Number real) : path_(std::move(path)), real_(real) {}
+
+  /// Appends one time. The number of particles may change from call to call, the fields may not. Throws SolverError, and what was
+  /// written before stays readable.
+  void write(const FieldSet& particles);
+
+ private:
+  void create(const FieldSet& first);
+
+  std::filesystem::path path_;
+  Number real_;
+  std::vector<Hdf5Dataset> datasets_;
+  Index step_count_ = 0;
+  Index point_count_ = 0;  ///< Points of all times so far.
+  // A part is a topology (one vertex per particle); times with the same number of particles share it.
+  Index part_count_ = 0;
+  Index part_size_ = -1;
+  Index part_begin_ = 0;
+};
+
+/// The nodes of the grid, as an image.
+class VtkHdfImage {
+ public:
+  VtkHdfImage(std::filesystem::path path, Number real, const GridGeometry& grid, int dim)
+      : path_(std::move(path)), real_(real), grid_(grid), dim_(dim) {}
+
+  /// Appends one time. Throws SolverError, and what was written before stays readable.
+  void write(const FieldSet& nodes);
+
+ private:
+  void create(const FieldSet& first);
+
+  std::filesystem::path path_;
+  Number real_;
+  GridGeometry grid_;
+  int dim_;
+  std::vector<Hdf5Dataset> datasets_;
+  Index step_count_ = 0;
+};
+
+}  // namespace matpoint

@@ -1,0 +1,36 @@
+// One XML file per time (.vtu, .vti; raw appended values) and a .pvd that lists them, for ParaView before 5.12.
+// Source: VTK File Formats, "XML File Formats" (Kitware).
+#pragma once
+
+#include <optional>
+
+#include "io/field_file.hpp"
+
+namespace matpoint {
+
+/// A growing series of files `vtu/<name>_000000.vtu` (particles) or `.vti` (grid) beside `<name>.pvd`.
+class VtuSeries {
+ public:
+  /// `folder`: the results folder. `grid`: given for nodes of the grid, absent for particles.
+  VtuSeries(std::filesystem::path folder, std::string name, Number real, std::optional<GridGeometry> grid = {})
+      : folder_(std::move(folder)), name_(std::move(name)), real_(real), grid_(std::move(grid)) {}
+
+  /// Writes one time: first its file, then the list, each of them complete or not at all. Throws SolverError.
+  void write(const FieldSet& set);
+
+ private:
+  std::filesystem::path folder_;
+  std::string name_;
+  Number real_;
+  std::optional<GridGeometry> grid_;
+  std::string entries_;
+  Index count_ = 0;
+};
+
+/// The whole text of a .vtu file. Views nothing.
+std::string vtu_text(const FieldSet& particles, Number real);
+
+/// The whole text of a .vti file of the grid's nodes.
+std::string vti_text(const FieldSet& nodes, const GridGeometry& grid, Number real);
+
+}  // namespace matpoint

@@ -1,0 +1,62 @@
+// What the author of a constitutive law writes: one struct with its parameters and pointwise functions, templated on the matrix type M,
+// whose scalar is double in the solver and a dual number where the exact tangent is wanted. A law is pure: it stores nothing.
+//
+//   struct NeoHookean : ElasticParameters {
+//     static constexpr auto name = "neo_hookean";                 // the word in case files
+//     static constexpr auto summary = "...";                      // one line, with the source
+//     static void declare(ParameterTable<NeoHookean>& table);     // parameters: unit, range, help
+//     Real density;                                               // of every law: reference density [kg/m^3]
+//     template <class M> M kirchhoff_stress(const M& F) const;                        // elastic laws: tau = J sigma [Pa]
+//     template <class M> typename M::Scalar energy_density(const M& F) const;         // [J/m^3 of reference volume], if it has one
+//     Real wave_speed(Real J) const;                                                  // [m/s], for the stable time step
+//   };
+//
+// A law that needs more than F takes Kinematics and its history instead:
+//
+//   template <class T> struct History { T plastic_strain; };                          // only members of type T
+//   template <class M> M kirchhoff_stress(const Kinematics<M>& k, const History<T>& old, History<T>& updated) const;
+//   template <class M> T dissipation_rate(const Kinematics<M>& k) const;              // [W/m^3 of reference volume], optional
+//   Real kinematic_viscosity(Real J) const;                                           // [m^2/s], optional
+//
+// docs/add_a_material.md walks through one.
+#pragma once
+
+#include "core/parameters.hpp"
+#include "core/scalar.hpp"
+#include "core/tensor.hpp"
+
+namespace matpoint {
+
+/// How a material point moves in a step.
+template <class M>
+struct Kinematics {
+  M F;      ///< Deformation gradient at the end of the step [1].
+  M L;      ///< Velocity gradient [1/s].
+  Real dt;  ///< [s]
+
+  /// Rate of deformation sym(L) [1/s].
+  M d() const { return symmetric_part(L); }
+};
+
+template <class T>
+struct NoHistory {};
+
+/// Parameters of isotropic elastic solids, and what follows from them.
+struct ElasticParameters {
+  Real density = 0;          ///< [kg/m^3]
+  Real youngs_modulus = 0;   ///< [Pa]
+  Real poissons_ratio = 0;   ///< [1]
+
+  Real lambda() const { return youngs_modulus * poissons_ratio / ((1 + poissons_ratio) * (1 - 2 * poissons_ratio)); }  ///< [Pa]
+  Real mu() const { return youngs_modulus / (2 * (1 + poissons_ratio)); }                                              ///< [Pa]
+
+  template <class Law>
+  static void declare_elastic(ParameterTable<Law>& table) {
+    table.required("density", "kg/m^3", static_cast<Real Law::*>(&Law::density), positive(), "Mass per reference volume.");
+    table.required("youngs_modulus", "Pa", static_cast<Real Law::*>(&Law::youngs_modulus), positive(), "Young's modulus E.");
+    table.required("poissons_ratio", "1", static_cast<Real Law::*>(&Law::poissons_ratio), between(-1, 0.5),
+                   "Poisson's ratio nu; an incompressible solid (0.5) has no finite wave speed.");
+  }
+};
+
+}  // namespace matpoint

@@ -1,0 +1,59 @@
+#pragma once
+
+#include "material/law.hpp"
+
+namespace matpoint {
+
+/// Weakly compressible Newtonian fluid: sigma = 2 mu d' - p I, p = kappa (J^-gamma - 1), d' the deviator of sym(L) in 3D.
+/// Source: Kamuth (thesis on explicit MPM), eq. 48-50; Monaghan (1994) for the equation of state. kappa is the pressure scale: the bulk
+/// modulus at rest is gamma kappa and the speed of sound sqrt(gamma kappa / density). Under tension p falls to -kappa, as it stands.
+struct NewtonianFluid {
+  static constexpr auto name = "newtonian_fluid";
+  static constexpr auto summary = "Weakly compressible Newtonian fluid with the equation of state p = kappa (J^-gamma - 1).";
+
+  Real density = 0;         ///< [kg/m^3]
+  Real pressure_scale = 0;  ///< kappa [Pa]
+  Real gamma = 7;           ///< [1]
+  Real viscosity = 0;       ///< Dynamic viscosity mu [Pa s].
+
+  static void declare(ParameterTable<NewtonianFluid>& table) {
+    table.required("density", "kg/m^3", &NewtonianFluid::density, positive(), "Mass per reference volume.");
+    table.required("pressure_scale", "Pa", &NewtonianFluid::pressure_scale, positive(),
+                   "kappa of p = kappa (J^-gamma - 1); the bulk modulus at rest is gamma kappa.");
+    table.optional("gamma", "1", &NewtonianFluid::gamma, between_closed(1, 50), "Exponent of the equation of state; 7 for water.");
+    table.optional("viscosity", "Pa s", &NewtonianFluid::viscosity, non_negative(), "Dynamic viscosity; 0 for an inviscid fluid.");
+  }
+
+  template <class T>
+  using History = NoHistory<T>;
+
+  template <class M, class T = typename M::Scalar>
+  M kirchhoff_stress(const Kinematics<M>& k, const History<T>&, History<T>&) const {
+    const T J = determinant(k.F);
+    const T minus_J_pressure = T(pressure_scale * (J - power(J, 1 - gamma)));
+    const T viscous = T(2 * viscosity * J);
+    return scaled(viscous, deviator(k.d())) + M::diagonal(minus_J_pressure);
+  }
+
+  /// kappa [(J^(1 - gamma) - 1)/(gamma - 1) + J - 1], or its limit for gamma = 1: kappa (J - 1 - ln J).
+  template <class M>
+  typename M::Scalar energy_density(const M& F) const {
+    using T = typename M::Scalar;
+    const T J = determinant(F);
+    if (gamma == 1) return T(pressure_scale * (J - 1.0 - log(J)));
+    return T(pressure_scale * ((power(J, 1 - gamma) - 1.0) * (1 / (gamma - 1)) + J - 1.0));
+  }
+
+  /// 2 mu d':d' J.
+  template <class M, class T = typename M::Scalar>
+  T dissipation_rate(const Kinematics<M>& k) const {
+    const M d = deviator(k.d());
+    return T(2 * viscosity * determinant(k.F) * contract(d, d));
+  }
+
+  /// c^2 = dp/drho = gamma kappa / rho0 J^(1 - gamma).
+  Real wave_speed(Real J) const { return std::sqrt(gamma * pressure_scale / density * std::pow(J, 1 - gamma)); }
+  Real kinematic_viscosity(Real J) const { return viscosity * J / density; }
+};
+
+}  // namespace matpoint

@@ -1,0 +1,410 @@
+"""The program from outside: what it prints, writes and returns, for good and for bad input."""
+
+import os
+import pty
+import re
+import resource
+import select
+import signal
+import subprocess
+import sys
+import time
+import tomllib
+
+import h5py
+import numpy as np
+import pytest
+
+CASE = """
+title = "A block falls"
+gravity = [0.0, -10.0]
+
+[grid]
+upper = [1.0, 1.0]
+cells = [8, 8]
+
+[time]
+dt = 1e-4
+end = 0.01
+
+[[body]]
+name = "block"
+region = { type = "box", lower = [0.25, 0.5], upper = [0.75, 0.75] }
+layout = { type = "per_cell", count = 4 }
+material = { type = "neo_hookean", density = 1000, youngs_modulus = 1e5, poissons_ratio = 0.3 }
+"""
+
+
+@pytest.fixture
+def case(tmp_path):
+    path = tmp_path / "fall.toml"
+    path.write_text(CASE)
+    return path
+
+
+def history(folder):
+    return np.genfromtxt(folder / "history.csv", delimiter=",", names=True, deletechars="")
+
+
+def manifest(folder):
+    return tomllib.loads((folder / "manifest.toml").read_text())
+
+
+def field_times(folder, body="block"):
+    with h5py.File(folder / f"{body}.vtkhdf") as file:
+        steps = file["VTKHDF/Steps"]
+        count = steps.attrs["NSteps"]
+        assert len(file["VTKHDF/Points"]) >= steps["PointOffsets"][count - 1]
+        return steps["Values"][:count]
+
+
+def assert_refused(done, *texts):
+    """Exit code 2 and one line `error: ...` with all texts in it."""
+    assert done.returncode == 2, done.stdout + done.stderr
+    assert done.stderr.startswith("error: ") and done.stderr.count("\n") == 1, done.stderr
+    for text in texts:
+        assert text in done.stderr
+
+
+# --- run -----------------------------------------------------------------------------------------------------------
+
+
+def test_run_writes_results_and_says_where_and_what_next(matpoint, program, case, tmp_path):
+    done = matpoint("run", case)
+    assert done.returncode == 0, done.stderr
+    folder = tmp_path / "results/fall"
+    assert "results: results/fall\n" in done.stdout
+    assert f"next:    {program} plot results/fall\n" in done.stdout
+    assert "100 steps to t = 0.01 s" in done.stdout and "particle-updates/s" in done.stdout
+    for stage in ("locate", "p2g", "grid", "output, rest", "all"):
+        assert re.search(rf"^  {stage} +[\d.]+ +[\d.]+ +[\d.]+$", done.stdout, re.M), stage
+    rows = history(folder)
+    # 8 cells of 4 particles and 1000 kg/m^3 on 1/8 m^2; the block falls freely: 0.01 s of 10 m/s^2. Round-off of 100 steps.
+    np.testing.assert_allclose(rows["mass"], 125, rtol=1e-12)
+    np.testing.assert_allclose(rows["momentum_y"][-1], -125 * 10 * 0.01, rtol=1e-12)
+    assert manifest(folder)["status"] == "finished"
+    assert manifest(folder)["command"].endswith(f"run {case}")
+    assert field_times(folder)[-1] == rows["time"][-1] == 0.01
+
+
+def test_run_is_quiet_when_not_on_a_terminal(matpoint, case):
+    done = matpoint("run", case)
+    assert done.stderr == ""
+    assert "\r" not in done.stdout and "\x1b" not in done.stdout
+    percents = re.findall(r"^ *(\d+) %  t = ", done.stdout, re.M)
+    assert percents == [str(10 * k) for k in range(1, 10)]
+
+
+def test_run_shows_one_updating_line_on_a_terminal(program, case, tmp_path):
+    parent, child = pty.openpty()
+    arguments = [program, "run", case, "--set", "time.end=1e9", "--threads", "1"]
+    running = subprocess.Popen(arguments, cwd=tmp_path, stdout=child, stderr=subprocess.PIPE)
+    os.close(child)
+    shown = b""
+    deadline = time.monotonic() + 60
+    while shown.count(b"\r[") < 2 and time.monotonic() < deadline:
+        if select.select([parent], [], [], 1)[0]:
+            shown += os.read(parent, 4096)
+    running.terminate()
+    try:
+        while data := os.read(parent, 4096):
+            shown += data
+    except OSError:
+        pass  # Linux's way to say that the other side is closed
+    os.close(parent)
+    running.stderr.close()
+    assert running.wait(60) == 143
+    assert re.search(rb"\r\[[#.]{24}\] +\d+\.\d %  t = \S+ s  step \d+  \S+ \S* ?particle-updates/s", shown), shown
+    # Removed before the summary.
+    assert b"\r\x1b[K" in shown and shown.index(b"stage") > shown.rindex(b"\r[")
+
+
+def test_out_and_set_and_threads_are_recorded(matpoint, case, tmp_path):
+    done = matpoint("run", case, "--out", "a b", "--set", "time.end=0.002", "--set", "gravity=[0, -20]", "--threads", "2")
+    assert done.returncode == 0, done.stderr
+    assert "plot 'a b'\n" in done.stdout
+    run = manifest(tmp_path / "a b")
+    assert run["threads"] == 2 and run["case"]["time"]["end"] == 0.002 and run["case"]["gravity"] == [0, -20]
+    np.testing.assert_allclose(history(tmp_path / "a b")["momentum_y"][-1], -125 * 20 * 0.002, rtol=1e-12)
+
+
+def test_a_manifest_s_case_runs_again_to_the_same_numbers(matpoint, case, tmp_path):
+    matpoint("run", case, "--out", "a")
+    resolved = matpoint("check", case).stdout
+    (tmp_path / "again.toml").write_text(resolved)
+    done = matpoint("run", "again.toml", "--out", "b")
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "a/history.csv").read_bytes() == (tmp_path / "b/history.csv").read_bytes()
+
+
+def test_existing_results_are_refused_and_replaced_only_when_asked(matpoint, case, tmp_path):
+    assert matpoint("run", case, "--out", "r").returncode == 0
+    before = (tmp_path / "r/history.csv").read_bytes()
+    assert_refused(matpoint("run", case, "--out", "r", "--set", "time.end=0.002"), "exists and is not empty", "--overwrite")
+    assert (tmp_path / "r/history.csv").read_bytes() == before
+    (tmp_path / "r/mine.txt").write_text("keep")
+    assert matpoint("run", case, "--out", "r", "--overwrite", "--set", "time.end=0.002").returncode == 0
+    assert history(tmp_path / "r")["time"][-1] == 0.002
+    assert (tmp_path / "r/mine.txt").read_text() == "keep"
+
+
+def test_overwrite_refuses_a_folder_that_no_run_made(matpoint, case, tmp_path):
+    (tmp_path / "photos").mkdir()
+    (tmp_path / "photos/cat.jpg").write_text("cat")
+    assert_refused(matpoint("run", case, "--out", "photos", "--overwrite"), "no manifest.toml", "nothing in it is deleted")
+    assert (tmp_path / "photos/cat.jpg").read_text() == "cat"
+
+
+@pytest.mark.parametrize("out, reason", [("fall.toml", "there is a file of that name"), ("fall.toml/r", "Not a directory"), ("/proc/r", "")])
+def test_output_that_cannot_be_written_is_refused(matpoint, case, out, reason):
+    assert_refused(matpoint("run", case, "--out", out), f'cannot create results folder "{out}"', reason)
+
+
+def test_warnings_go_to_standard_error_and_the_run_goes_on(matpoint, case):
+    done = matpoint("run", case, "--set", "solver.damping=1")
+    assert done.returncode == 0
+    assert done.stderr.startswith("warning: ") and '"usl"' in done.stderr
+
+
+# --- runs that fail ------------------------------------------------------------------------------------------------
+
+
+def test_a_lost_particle_fails_the_run_and_leaves_what_was_written(matpoint, case, tmp_path):
+    done = matpoint("run", case, "--set", "time.end=1")
+    assert done.returncode == 3
+    assert re.match(r'error: step \d+, t = \S+ s: particle \d+ of body "block" left the grid at \(', done.stderr), done.stderr
+    assert "written: history at t = " in done.stderr
+    folder = tmp_path / "results/fall"
+    run = manifest(folder)
+    assert run["status"] == "failed" and "left the grid" in run["message"]
+    # The bottom of the block is half a metre above the ground: sqrt(2 h / g), with the lowest particles a little higher.
+    assert 0.3 < history(folder)["time"][-1] <= run["time"] < 0.36
+    assert len(field_times(folder)) > 1
+
+
+def test_a_particle_that_leaves_can_end_the_run_normally(matpoint, case, tmp_path):
+    done = matpoint("run", case, "--set", "time.end=1", "--set", "grid.particles_outside=stop")
+    assert done.returncode == 0, done.stderr
+    assert re.search(r'particle \d+ of body "block" left the grid at ', done.stdout)
+    assert "stopped" in manifest(tmp_path / "results/fall")["status"]
+
+
+def test_removed_particles_are_reported(matpoint, case, tmp_path):
+    done = matpoint("run", case, "--set", "time.end=0.33", "--set", "grid.particles_outside=remove")
+    assert done.returncode == 0, done.stderr
+    removed = history(tmp_path / "results/fall")["removed_count"][-1]
+    assert removed > 0
+    assert f"warning: {removed:.0f} particles left the grid and were removed, with a mass of " in done.stderr
+
+
+def test_an_unstable_run_fails_with_step_time_and_particle(matpoint, case):
+    done = matpoint("run", case, "--set", "time.dt=0.05", "--set", "time.end=100", "--set", "gravity=[0, -0.1]")
+    assert "warning: the fixed time step dt = 0.05 s is above the stable limit" in done.stderr
+    assert done.returncode == 3
+    assert re.search(r"error: step \d+, t = \S+ s: .*particle \d+ of body", done.stderr), done.stderr
+
+
+def assert_readable_after_failure(folder):
+    rows = history(folder)
+    assert np.all(np.isfinite(rows["time"])) and np.all(np.diff(rows["time"]) > 0)
+    times = field_times(folder)
+    assert np.all(np.diff(times) > 0)
+
+
+def test_a_full_disk_fails_the_run_and_leaves_readable_files(matpoint, case, tmp_path):
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    if os.geteuid() != 0 or subprocess.run(["mount", "-t", "tmpfs", "-o", "size=400k", "tmpfs", disk], capture_output=True).returncode:
+        pytest.skip("making a small disk needs root")
+    try:
+        done = matpoint("run", case, "--out", disk / "r", "--set", "output.fields_every=1e-4", "--set", "output.history_every=1e-4")
+        assert done.returncode == 3
+        assert re.match(r"error: .*cannot write .*: No space left on device", done.stderr), done.stderr
+        assert "written: history at t = " in done.stderr
+        assert_readable_after_failure(disk / "r")
+    finally:
+        subprocess.run(["umount", disk], check=True)
+
+
+def test_a_file_size_limit_fails_the_run_and_leaves_readable_files(matpoint, case, tmp_path):
+    done = matpoint(
+        "run", case, "--set", "output.fields_every=1e-4", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+    )
+    assert done.returncode == 3, done.stderr
+    assert re.match(r"error: .*cannot write .*: File too large", done.stderr), done.stderr
+    assert_readable_after_failure(tmp_path / "results/fall")
+
+
+@pytest.mark.parametrize("arguments", [["list"], ["run", "fall.toml"]])
+def test_a_standard_output_that_cannot_be_written_fails(program, case, tmp_path, arguments):
+    with open("/dev/full", "w") as full:
+        done = subprocess.run([program, *arguments], cwd=tmp_path, stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
+    assert done.returncode == 3
+    assert done.stderr.startswith("error: ") and "No space left on device" in done.stderr
+
+
+@pytest.mark.parametrize("number, code", [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_ends_the_run_at_a_step_with_everything_written(program, case, tmp_path, number, code):
+    # A fixed step and an end far away: only the signal can end this, and outputs are rare, so the last ones come from it.
+    arguments = [program, "run", case, "--out", "r", "--set", "time.end=1e9", "--set", "gravity=[0, 0]"]
+    running = subprocess.Popen(arguments, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    folder = tmp_path / "r"
+    deadline = time.monotonic() + 60
+    while not (folder / "block.vtkhdf").exists() and time.monotonic() < deadline:
+        time.sleep(0.01)
+    time.sleep(0.2)
+    running.send_signal(number)
+    stdout, stderr = running.communicate(timeout=60)
+    assert running.returncode == code, stderr
+    assert stderr == "" and "interrupted: " in stdout and "results: r\n" in stdout
+    run = manifest(folder)
+    rows = history(folder)
+    assert run["status"] == "interrupted"
+    assert len(rows) == 2 and rows["step"][-1] == run["steps"] > 0
+    assert list(field_times(folder)) == list(rows["time"])
+
+
+# --- wrong input ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "arguments, texts",
+    [
+        (["run", "fall.toml", "--thread", "2"], ['unknown option "--thread"', 'did you mean "--threads"?', "matpoint run --help"]),
+        (["run", "fall.toml", "--sett", "a=1"], ['unknown option "--sett"', 'did you mean "--set"?']),
+        (["run", "fall.toml", "extra"], ['unexpected argument "extra"']),
+        (["run"], ["CASE is required", "matpoint run --help"]),
+        (["runn", "fall.toml"], ['unknown command "runn"', 'did you mean "run"?']),
+        (["--nonsense"], ['unknown option "--nonsense"']),
+        ([], ["subcommand is required", "matpoint --help"]),
+        (["run", "fall.toml", "--threads", "two"], ["--threads = two is not allowed: give 1 to 1024, or 0"]),
+        (["run", "fall.toml", "--threads", "-1"], ["--threads = -1 is not allowed"]),
+        (["run", "fall.toml", "--threads", "2.5"], ["--threads = 2.5 is not allowed"]),
+        (["run", "fall.toml", "--threads", "99999999999"], ["--threads = 99999999999 is not allowed"]),
+        (["run", "fall.toml", "--set"], ["--set"]),
+        (["run", "nowhere.toml"], ["nowhere.toml"]),
+        (["run", "diks"], ["diks", 'did you mean "disks"?']),
+        (["check", "nowhere.toml"], ["nowhere.toml"]),
+        (["run", "fall.toml", "--set", "time.end"], ["time.end"]),
+        (["run", "fall.toml", "--set", "time.ned=1"], ["--set", 'did you mean "end"?']),
+        (["run", "fall.toml", "--set", "time.end=soon"], ["--set", "end", "soon"]),
+        (["run", "fall.toml", "--set", "time.end=-1"], ["--set", "end = -1"]),
+        (["run", "fall.toml", "--set", "body.blok.name=x"], ["blok", "block"]),
+        (["list", "material"], ['no list of "material"', 'did you mean "materials"?']),
+        (["explain", "neo_hooke"], ['nothing is called "neo_hooke"', 'did you mean "neo_hookean"?']),
+        (["explain", "poisson_ratio"], ['did you mean "poissons_ratio"?']),
+        (["plot", "nowhere"], ['"nowhere" is no results folder: there is no such folder']),
+        (["verify", "--preset", "quik"], ["--preset = quik is unknown", 'did you mean "quick"?']),
+        (["verify", "--list", "--preset", "all"], ["--preset = all is unknown"]),
+        (["verify", "disk"], ['called "disk"', 'did you mean "disks"?']),
+        (["verify", "disks", "--out", "/nowhere/verify.csv"], ['cannot write "/nowhere/verify.csv"']),
+    ],
+)
+def test_wrong_command_lines_are_refused_in_words(matpoint, case, tmp_path, arguments, texts):
+    assert_refused(matpoint(*arguments), *texts)
+    assert not (tmp_path / "results").exists()
+
+
+# --- check, list, explain, version ---------------------------------------------------------------------------------
+
+
+def test_check_says_sizes_steps_and_time_and_writes_nothing(matpoint, case, tmp_path):
+    done = matpoint("check", case, "--set", "time.end=0.05")
+    assert done.returncode == 0, done.stderr
+    # 4 x 2 cells of 4 particles; 9 x 9 nodes; 0.05 s in steps of 1e-4 s.
+    assert "# particles         32 (block 32)\n" in done.stdout
+    assert "# nodes             81 (9 x 9), cell size 0.125 x 0.125 m\n" in done.stdout
+    assert "# steps             500 to t = 0.05 s\n" in done.stdout
+    assert re.search(r"^# memory +[\d.]+ [kMG]B$", done.stdout, re.M)
+    assert re.search(r"^# estimated time +[\d.]+ s on \d+ threads?, without output$", done.stdout, re.M)
+    # Dilational waves: c^2 = (lambda + 2 mu) / rho = E (1 - nu) / ((1 + nu) (1 - 2 nu)) / rho.
+    speed = np.sqrt(1e5 * 0.7 / (1.3 * 0.4) / 1000)
+    stable = float(re.search(r"^# stable time step +(\S+) s", done.stdout, re.M)[1])
+    assert 0.3 * 0.125 / speed < stable <= 0.125 / speed * (1 + 1e-5)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["fall.toml"]
+
+
+def test_check_prints_the_resolved_case_as_a_case(matpoint, case, tmp_path):
+    first = matpoint("check", case, "--set", "solver.flip=0.9").stdout
+    values = tomllib.loads(first)
+    assert values["solver"]["flip"] == 0.9 and values["solver"]["stress_order"] == "musl"
+    (tmp_path / "resolved.toml").write_text(first)
+    second = tomllib.loads(matpoint("check", "resolved.toml").stdout)
+    assert second == values
+
+
+def test_check_warns_about_a_case_that_fails_at_once(matpoint, case):
+    done = matpoint("check", case, "--set", "time.dt=10")
+    assert done.returncode == 0
+    assert "is above the stable limit" in done.stderr
+    assert "# estimated time    unknown" in done.stdout and "left the grid" in done.stderr
+
+
+def test_list_has_every_kind_and_each_alone(matpoint):
+    everything = matpoint("list").stdout
+    for what in ("cases", "materials", "regions", "layouts", "velocities", "sections", "fields"):
+        alone = matpoint("list", what)
+        assert alone.returncode == 0 and alone.stdout.strip() in everything
+        assert alone.stdout.count("\n") > 1, what
+    for name in ("disks", "neo_hookean", "von_mises"):
+        assert re.search(rf"^  {name}\b", everything, re.M), name
+
+
+@pytest.mark.parametrize("what", ["cases", "materials", "regions", "layouts", "velocities", "sections"])
+def test_everything_listed_can_be_explained(matpoint, what):
+    names = re.findall(r"^  (\S+)", matpoint("list", what).stdout, re.M)
+    assert names
+    for name in names:
+        done = matpoint("explain", name)
+        assert done.returncode == 0 and f'"{name}": ' in done.stdout, name
+
+
+def test_explain_gives_unit_default_and_range_of_each_parameter(matpoint):
+    text = matpoint("explain", "neo_hookean").stdout
+    assert text.startswith('material "neo_hookean": ')
+    row = re.search(r"^  density +(.*)$", text, re.M)[1]
+    assert re.split(r" {2,}", row)[:3] == ["number", "kg/m^3", "required"]
+    row = re.search(r"^  poissons_ratio +(.*)$", text, re.M)[1]
+    assert "-1" in row and "0.5" in row
+    alone = matpoint("explain", "poissons_ratio").stdout
+    assert 'parameter of material "neo_hookean":' in alone
+    assert matpoint("explain", "neo_hookean.poissons_ratio").stdout.count("parameter of") == 1
+
+
+def test_explain_a_case_shows_its_text(matpoint):
+    text = matpoint("explain", "disks").stdout
+    assert text.startswith('case "disks": ') and "[[body]]" in text and "matpoint run disks" in text
+
+
+def test_version_and_help(matpoint):
+    assert re.match(r"matpoint \d+\.\d+\.\d+ \(\S+\)\n", matpoint("--version").stdout)
+    for arguments in [["--help"], *[[c, "--help"] for c in ("run", "check", "list", "explain", "plot", "verify")]]:
+        done = matpoint(*arguments)
+        assert done.returncode == 0 and "Usage: " in done.stdout and done.stderr == ""
+
+
+# --- plot, verify --------------------------------------------------------------------------------------------------
+
+
+def test_plot_draws_a_run(matpoint, case, tmp_path):
+    assert matpoint("run", case, "--out=-r").returncode == 0
+    done = matpoint("plot", "--field", "velocity_y", "--field", "J", "--times", "0,0.005", "--", "-r")
+    assert done.returncode == 0, done.stderr
+    names = ["energies.png", "momentum.png", "particles_velocity_y.png", "particles_J.png"]
+    assert done.stdout.split() == [f"-r/{name}" for name in names]
+    for name in names:
+        assert (tmp_path / "-r" / name).read_bytes().startswith(b"\x89PNG")
+
+
+def test_plot_says_what_is_wrong_with_its_python(matpoint, case, tmp_path):
+    assert matpoint("run", case).returncode == 0
+    done = matpoint("plot", "results/fall", env={"MATPOINT_PYTHON": "/nowhere/python"})
+    assert_refused(done, 'cannot start the Python interpreter "/nowhere/python"', "environment variable MATPOINT_PYTHON", "No such file")
+    (tmp_path / "matplotlib.py").write_text("raise ImportError(\"No module named 'matplotlib'\")")
+    done = matpoint("plot", "results/fall", env={"PYTHONPATH": str(tmp_path)})
+    assert_refused(done, "No module named 'matplotlib'", sys.executable, "set MATPOINT_PYTHON")
+
+
+def test_verify_lists_its_jobs_by_preset(matpoint):
+    quick, full = (matpoint("verify", "--list", "--preset", preset).stdout.splitlines() for preset in ("quick", "full"))
+    assert quick and len(full) > len(quick)

@@ -1,0 +1,199 @@
+// What every stress order keeps in 2D and 3D: mass, momentum, rigid motion, symmetry, and the bits for any number of threads.
+#include "core/parallel.hpp"
+#include "shape/linear.hpp"
+#include "support/solver_case.hpp"
+
+namespace matpoint::test {
+namespace {
+
+struct Variant {
+  StressOrder order;
+  int dim;
+};
+
+class SolverInvariants : public testing::TestWithParam<Variant> {
+ protected:
+  StressOrder order() const { return GetParam().order; }
+  int dim() const { return GetParam().dim; }
+  /// Empty grid of a 2 x 1 (x 1) box with cubic cells, no gravity, no cutoff.
+  Case empty_case(int cells_across) const {
+    Case problem = make_case(dim(), {0, 0, 0}, {2, 1, dim() == 3 ? 1.0 : 0.0}, {2 * cells_across, cells_across, cells_across});
+    problem.grid.cells.resize(static_cast<std::size_t>(dim()));
+    problem.solver.stress_order = order();
+    problem.solver.mass_cutoff = 0;
+    return problem;
+  }
+};
+
+/// Two blocks on the way to each other, off-centre in y and z so that they spin after the impact.
+Case colliding_blocks(Case problem) {
+  const int dim = problem.dim;
+  const Seeds left = jittered(lattice(dim, {0.3, 0.25, 0.3}, {0.9, 0.65, 0.7}, {9, 6, 6}), dim, 0.01);
+  const Seeds right = jittered(lattice(dim, {0.95, 0.4, 0.35}, {1.5, 0.8, 0.7}, {8, 6, 5}), dim, 0.01);
+  problem.bodies.push_back(make_body("left", left, neo_hookean(1e4, 0.3, 1000), [=](const Vec3&) { return Vec3{0.5, 0.1, dim == 3 ? -0.05 : 0}; }));
+  problem.bodies.push_back(make_body("right", right, st_venant_kirchhoff(2e4, 0.2, 700), [](const Vec3&) { return Vec3{-0.4, 0, 0}; }));
+  problem.time.dt = 2e-3;
+  problem.time.end = 0.4;
+  return problem;
+}
+
+TEST_P(SolverInvariants, mass_of_every_particle_never_changes) {
+  Simulation sim(colliding_blocks(empty_case(6)));
+  const std::vector<Real> before = sim.solver().field(0, "mass").values;
+  const Real total = sums_of(sim.solver()).mass;
+  sim.run();
+  EXPECT_EQ(sim.solver().field(0, "mass").values, before);
+  // The sum is taken in the order of memory, which sorting changes: round-off of a sum of n terms, n eps at most.
+  EXPECT_NEAR(sums_of(sim.solver()).mass, total, 700 * k_epsilon * total);
+}
+
+TEST_P(SolverInvariants, momentum_is_kept_to_round_off_without_cutoff) {
+  Simulation sim(colliding_blocks(empty_case(6)));
+  const Real scale = momentum_scale(sim.solver());
+  const Real strain_energy_before = sim.solver().totals(0).strain_energy;
+  sim.run();
+  EXPECT_GT(sim.solver().totals(0).strain_energy, strain_energy_before + 1e-3) << "the blocks should have collided";
+  // Each step adds round-off of a few eps of the mapped momentum and of dt times the internal forces, which is of the same size.
+  EXPECT_LT(momentum_remainder(sim), static_cast<Real>(sim.step_count()) * 10 * k_epsilon * scale);
+  EXPECT_EQ(sim.solver().ledger().cutoff_impulse, Vec3{});
+}
+
+TEST_P(SolverInvariants, momentum_changes_exactly_by_the_booked_cutoff_impulse) {
+  for (const Real flip : {1.0, 0.95}) {
+    Case problem = colliding_blocks(empty_case(6));
+    problem.solver.mass_cutoff = 0.3;  // a good part of a particle: many nodes fall under it
+    problem.solver.flip = flip;
+    Simulation sim(problem);
+    const Real scale = momentum_scale(sim.solver());
+    sim.run();
+    const Vec3 lost = sim.solver().ledger().cutoff_impulse;
+    EXPECT_GT(std::abs(lost[0]) + std::abs(lost[1]), 1e-6 * scale) << "the cutoff should have held something back";
+    EXPECT_LT(momentum_remainder(sim), static_cast<Real>(sim.step_count()) * 10 * k_epsilon * scale);
+  }
+}
+
+TEST_P(SolverInvariants, rigid_translation_leaves_F_at_I_and_stress_at_zero) {
+  Case problem = empty_case(6);
+  const Seeds seeds = jittered(lattice(dim(), {0.2, 0.2, 0.2}, {0.7, 0.6, 0.6}, {7, 6, 6}), dim(), 0.01);
+  const Vec3 velocity{2, 0.3, dim() == 3 ? 0.4 : 0};
+  problem.bodies.push_back(make_body("block", seeds, neo_hookean(1e4, 0.3, 1000), [=](const Vec3&) { return velocity; }));
+  problem.time.dt = 2e-3;
+  problem.time.end = 0.4;  // five cells far
+  Simulation sim(problem);
+  const std::vector<Real> start = sim.solver().field(0, "position").values;
+  sim.run();
+  const std::vector<Real> F = sim.solver().field(0, "deformation_gradient").values;
+  std::vector<Real> identity;
+  for (std::size_t k = 0; k < F.size(); ++k) identity.push_back(k % 9 % 4 == 0 ? 1 : 0);
+  // L is a difference of equal nodal velocities over h: eps v / h dt per step, 200 steps, allowed 100 times.
+  const Real bound = 100 * 200 * k_epsilon * 2 * 6 * 2e-3;
+  EXPECT_LT(greatest_difference(F, identity), bound);
+  EXPECT_LT(greatest_magnitude(sim.solver().field(0, "stress").values), 3e4 * bound);
+  const std::vector<Real> end = sim.solver().field(0, "position").values;
+  for (std::size_t k = 0; k < end.size(); ++k) {
+    ASSERT_NEAR(end[k] - start[k], velocity[k % static_cast<std::size_t>(dim())] * 0.4, 200 * 10 * k_epsilon);
+  }
+}
+
+TEST_P(SolverInvariants, mirror_symmetric_input_stays_mirror_symmetric) {
+  Case problem = empty_case(5);
+  problem.gravity = {0, -1, 0};
+  problem.solver.damping = 0.5;
+  problem.boundaries.push_back(make_side("bottom", BoundaryKind::slip));
+  const Seeds left = jittered(lattice(dim(), {0.4, 0.05, 0.3}, {0.95, 0.6, 0.7}, {8, 8, 5}), dim(), 0.01);
+  Seeds right = left;
+  for (Vec3& x : right.position) x[0] = 2 - x[0];
+  problem.bodies.push_back(make_body("left", left, neo_hookean(5e3, 0.3, 1000), [](const Vec3& x) { return Vec3{0.5, 0.2 * x[0], 0}; }));
+  problem.bodies.push_back(make_body("right", right, neo_hookean(5e3, 0.3, 1000), [](const Vec3& x) { return Vec3{-0.5, 0.2 * (2 - x[0]), 0}; }));
+  problem.time.dt = 2e-3;
+  problem.time.end = 0.4;
+  Simulation sim(problem);
+  sim.run();
+  EXPECT_GT(sim.solver().totals(0).strain_energy, 0.1) << "the blocks should have collided";
+  const auto components = static_cast<std::size_t>(dim());
+  for (const char* name : {"position", "velocity"}) {
+    const Real mirror = name[0] == 'p' ? 2 : 0;
+    std::vector<Real> mirrored = sim.solver().field(1, name).values;
+    for (std::size_t k = 0; k < mirrored.size(); k += components) mirrored[k] = mirror - mirrored[k];
+    // Sums are taken in another order on the other side: round-off, 200 steps of about 10 eps, and a factor 10 for its growth.
+    EXPECT_LT(greatest_difference(sim.solver().field(0, name).values, mirrored), 200 * 100 * k_epsilon) << name;
+  }
+}
+
+TEST_P(SolverInvariants, grid_totals_are_particle_totals) {
+  Simulation sim(colliding_blocks(empty_case(6)));
+  const Sums before = sums_of(sim.solver());
+  sim.step();
+  const std::vector<Field> fields = sim.solver().grid_fields();
+  ASSERT_EQ(fields[0].name, "mass");
+  ASSERT_EQ(fields[1].name, "velocity");
+  Real mass = 0;
+  Vec3 momentum{};
+  const auto components = static_cast<std::size_t>(fields[1].components);
+  for (std::size_t n = 0; n < fields[0].values.size(); ++n) {
+    mass += fields[0].values[n];
+    for (std::size_t d = 0; d < components; ++d) momentum[d] += fields[0].values[n] * fields[1].values[n * components + d];
+  }
+  EXPECT_NEAR(mass, before.mass, 700 * k_epsilon * before.mass);
+  for (std::size_t d = 0; d < 3; ++d) EXPECT_NEAR(momentum[d], before.momentum[d], 700 * k_epsilon * momentum_scale(sim.solver()));
+}
+
+TEST_P(SolverInvariants, same_bits_for_1_2_and_3_threads) {
+  const auto state_with = [&](int threads) {
+    set_thread_count(threads);
+    Case problem = empty_case(12);
+    problem.gravity = {0.1, -2, 0};
+    problem.solver.damping = 0.3;
+    problem.solver.flip = 0.99;
+    problem.boundaries.push_back(make_side("bottom", BoundaryKind::slip));
+    // More than k_parallel_threshold particles in each body, so that threads are really used.
+    const std::array<int, 3> count = dim() == 3 ? std::array{18, 12, 12} : std::array{60, 40, 1};
+    const Seeds left = jittered(lattice(dim(), {0.2, 0.02, 0.2}, {0.95, 0.6, 0.7}, count), dim(), 0.004);
+    const Seeds right = jittered(lattice(dim(), {1.0, 0.1, 0.2}, {1.7, 0.7, 0.7}, count), dim(), 0.004);
+    problem.bodies.push_back(make_body("left", left, neo_hookean(1e4, 0.3, 1000), [](const Vec3&) { return Vec3{1, 0, 0}; }));
+    problem.bodies.push_back(make_body("right", right, newtonian_fluid(1e3, 0.5, 1000), [](const Vec3&) { return Vec3{-1, 0, 0}; }));
+    problem.time.end = 0.05;
+    Simulation sim(problem);  // automatic time step
+    sim.run();
+    std::vector<Real> state{sim.time(), sim.last_dt(), static_cast<Real>(sim.step_count())};
+    for (std::size_t b = 0; b < 2; ++b) {
+      for (const char* name : {"position", "velocity", "stress", "deformation_gradient"}) {
+        const std::vector<Real> values = sim.solver().field(b, name).values;
+        state.insert(state.end(), values.begin(), values.end());
+      }
+      const BodyTotals totals = sim.solver().totals(b);
+      state.insert(state.end(), {totals.kinetic_energy, totals.strain_energy, totals.momentum[0], totals.momentum[1]});
+    }
+    const Ledger& ledger = sim.solver().ledger();
+    state.insert(state.end(), {ledger.damping_dissipation, ledger.viscous_dissipation, ledger.boundary_impulse[1], ledger.cutoff_impulse[0]});
+    return state;
+  };
+  const std::vector<Real> one = state_with(1);
+  EXPECT_GT(one[2], 10) << "a run of a few steps would not show much";
+  EXPECT_TRUE(state_with(2) == one);
+  EXPECT_TRUE(state_with(3) == one);
+  set_thread_count(0);
+}
+
+INSTANTIATE_TEST_SUITE_P(orders, SolverInvariants,
+                         testing::Values(Variant{StressOrder::usl, 2}, Variant{StressOrder::usf, 2}, Variant{StressOrder::musl, 2},
+                                         Variant{StressOrder::usl, 3}, Variant{StressOrder::usf, 3}, Variant{StressOrder::musl, 3}),
+                         [](const auto& parameter) { return order_name(parameter.param.order) + std::to_string(parameter.param.dim) + "d"; });
+
+TEST(ShapeLinear, weights_sum_to_one_gradients_to_zero_and_reproduce_x) {
+  for (int k = 0; k <= 1000; ++k) {
+    const Real xi = k / 1000.0;
+    Real w[ShapeLinear::k_support];
+    Real dw[ShapeLinear::k_support];
+    const Real h = 0.37;
+    ShapeLinear::weights(xi, 1 / h, w, dw);
+    EXPECT_NEAR(w[0] + w[1], 1, 1e-14);
+    EXPECT_NEAR(dw[0] + dw[1], 0, 1e-14);
+    EXPECT_NEAR(h * w[1], h * xi, 1e-14);   // sum of N_i x_i = x
+    EXPECT_NEAR(h * dw[1], 1, 1e-14);       // sum of dN_i x_i = 1
+    EXPECT_GE(std::min(w[0], w[1]), 0);
+  }
+}
+
+}  // namespace
+}  // namespace matpoint::test
