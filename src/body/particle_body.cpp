@@ -2,22 +2,60 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "core/parallel.hpp"
-#include "grid/grid.hpp"
 
 namespace matpoint {
 namespace {
 
-Index chunk_count(Index particles) { return (particles + k_chunk - 1) / k_chunk; }
+// Blocks that run empty are kept for a while: a particle may come back, and making a block costs more than sweeping an empty one.
+constexpr int k_sweeps_between_prunes = 64;
+
+/// Which sweeps move particles, and what those map.
+bool moves(Sweep what) { return what == Sweep::usl || what == Sweep::musl_gradient || what == Sweep::usf_velocity; }
+bool updates_stress(Sweep what) { return what == Sweep::usl || what == Sweep::musl_gradient || what == Sweep::usf_stress; }
+bool updates_velocity(Sweep what) { return what == Sweep::usl || what == Sweep::musl_velocity || what == Sweep::usf_velocity; }
+
+template <int Dim>
+SlotLayout make_layout(const Material& material, bool has_volumes) {
+  SlotLayout layout;
+  layout.x = 0;
+  layout.v = Dim;
+  layout.F = 2 * Dim;
+  layout.id = 2 * Dim + Dim * Dim;
+  int next = layout.id + 1;
+  if (has_volumes) layout.volume = next++;
+  if (material.is_rate_dependent()) {
+    layout.tau = next;
+    next += k_stress_size<Dim>;
+  }
+  if (material.history_size() > 0) {
+    layout.history = next;
+    layout.history_count = material.history_size();
+    next += material.history_size();
+  }
+  layout.field_count = next;
+  return layout;
+}
 
 }  // namespace
 
-template <int Dim>
-ParticleBody<Dim>::ParticleBody(const BodySpec& spec, const Grid<Dim>& grid, const TransferTable<Dim>& transfer)
-    : name_(spec.name), material_(spec.material), transfer_(transfer) {
+template <int Dim, class R>
+ParticleBody<Dim, R>::ParticleBody(const BodySpec& spec, Grid<Dim, R>& grid)
+    : name_(spec.name), material_(spec.material), grid_(grid), kernels_(kernel_table<Dim, R>()) {
+  seed(spec, fmt::format("{}{}body \"{}\"", spec.place, spec.place.empty() ? "" : ": ", spec.name), grid);
+  reports_.resize(blocks_->bands().size());
+  arrivals_.resize(blocks_->bands().size());
+  for_each_particle([&](const Particle& p) {
+    const Vec3 v = velocity(p);
+    for (int d = 0; d < Dim; ++d) speed_max_[d] = std::max(speed_max_[d], std::abs(v[static_cast<std::size_t>(d)]));
+  });
+}
+
+template <int Dim, class R>
+void ParticleBody<Dim, R>::seed(const BodySpec& spec, const std::string& where, Grid<Dim, R>& grid) {
   const GridGeometry geometry = grid.geometry();
-  const std::string where = fmt::format("{}{}body \"{}\"", spec.place, spec.place.empty() ? "" : ": ", spec.name);
   const Seeds seeds = [&] {
     try {
       return spec.layout->fill(*spec.region, {Dim, geometry.lower, geometry.cell_size});
@@ -25,260 +63,275 @@ ParticleBody<Dim>::ParticleBody(const BodySpec& spec, const Grid<Dim>& grid, con
       throw InputError("{}: {}", where, error.what());
     }
   }();
-  if (seeds.position.empty()) {
-    throw InputError("{}: no particle lies in its region; make the region larger or the layout finer", where);
-  }
-  if (seeds.position.size() > 0xfffffff0u) throw InputError("{}: {} particles are more than 2^32", where, seeds.position.size());
-  const Index n = static_cast<Index>(seeds.position.size());
-  particles_.resize(n, material_->history_size());
-  for (Index p = 0; p < n; ++p) {
-    const auto s = static_cast<std::size_t>(p);
-    const Vec3& x = seeds.position[s];
-    const Vec3 v = spec.velocity ? spec.velocity->at(x) : Vec3{};
-    for (std::size_t d = 0; d < Dim; ++d) {
-      particles_.x[d][s] = x[d];
-      particles_.v[d][s] = v[d];
-    }
-    particles_.volume0[s] = seeds.volume[s];
-    particles_.mass[s] = seeds.volume[s] * material_->density();
-    mass_ += particles_.mass[s];
-    if (is_outside(grid, p)) {
-      const GridView<Dim>& view = grid.view();
-      std::vector<Real> lower(view.lower, view.lower + Dim);
-      std::vector<Real> upper(view.upper, view.upper + Dim);
-      throw InputError("{}: particle {} at [{}] is outside the grid [{}] to [{}]; move the body or enlarge the grid", where, p,
-                       fmt::join(x.begin(), x.begin() + Dim, ", "), fmt::join(lower, ", "), fmt::join(upper, ", "));
-    }
-  }
-  reports_.resize(static_cast<std::size_t>(chunk_count(n)));
-}
+  const std::size_t n = seeds.position.size();
+  if (n == 0) throw InputError("{}: no particle lies in its region; make the region larger or the layout finer", where);
+  if (n > 0x7ffffff0u) throw InputError("{}: {} particles are more than 2^31", where, n);
+  id_count_ = static_cast<Index>(n);
+  const auto [smallest, largest] = std::minmax_element(seeds.volume.begin(), seeds.volume.end());
+  smallest_volume_ = *smallest;
+  uniform_volume_ = *smallest;
+  mass_ = std::accumulate(seeds.volume.begin(), seeds.volume.end(), Real{0}) * material_->density();
+  const SlotLayout layout = make_layout<Dim>(*material_, *smallest != *largest);
+  blocks_ = std::make_unique<Blocks>(grid, layout);
 
-template <int Dim>
-bool ParticleBody<Dim>::is_outside(const Grid<Dim>& grid, Index p) const {
-  for (int d = 0; d < Dim; ++d) {
-    const Real x = particles_.x[d][static_cast<std::size_t>(p)];
-    if (!(x >= grid.view().lower[d] && x <= grid.view().upper[d])) return true;
-  }
-  return false;
-}
-
-template <int Dim>
-Vec3 ParticleBody<Dim>::position(Index p) const {
-  Vec3 x{};
-  for (std::size_t d = 0; d < Dim; ++d) x[d] = particles_.x[d][static_cast<std::size_t>(p)];
-  return x;
-}
-
-template <int Dim>
-void ParticleBody<Dim>::sort_by_cell(const Grid<Dim>& grid) {
-  const GridView<Dim>& view = grid.view();
-  const auto n = static_cast<std::size_t>(particles_.count());
-  std::vector<std::uint32_t> cell(n);
-  Index cells = 1;
-  for (int d = 0; d < Dim; ++d) {
-    for (std::size_t p = 0; p < n; ++p) {
-      Real xi;
-      cell[p] += static_cast<std::uint32_t>(cells * locate_in_cell<Dim>(view, d, particles_.x[d][p], xi));
-    }
-    cells *= view.cells[d];
-  }
-  std::vector<std::uint32_t> begin(static_cast<std::size_t>(cells) + 1, 0);
-  for (std::uint32_t c : cell) ++begin[c + 1];
-  for (std::size_t c = 0; c < static_cast<std::size_t>(cells); ++c) begin[c + 1] += begin[c];
-  std::vector<std::uint32_t> order(n);
-  for (std::size_t p = 0; p < n; ++p) order[begin[cell[p]]++] = static_cast<std::uint32_t>(p);
-  particles_.permute(order);
-  moved_since_sort_ = 0;
-  is_sorted_ = true;
-  is_band_order_valid_ = false;
-}
-
-template <int Dim>
-void ParticleBody<Dim>::order_by_band(const Grid<Dim>& grid) {
-  const auto n = static_cast<std::size_t>(particles_.count());
-  const Particles<Dim>& particles = particles_;
-  band_begin_.assign(static_cast<std::size_t>(grid.band_count()) + 1, 0);
-  for (std::size_t p = 0; p < n; ++p) ++band_begin_[static_cast<std::size_t>(grid.band_of(particles.x[Dim - 1][p])) + 1];
-  for (std::size_t b = 1; b < band_begin_.size(); ++b) band_begin_[b] += band_begin_[b - 1];
-  band_order_.resize(n);
-  std::vector<Index> next = band_begin_;
+  std::vector<Place<Dim>> cells(n);
+  std::vector<Vec<Dim>> places(n);
   for (std::size_t p = 0; p < n; ++p) {
-    const auto band = static_cast<std::size_t>(grid.band_of(particles.x[Dim - 1][p]));
-    band_order_[static_cast<std::size_t>(next[band]++)] = static_cast<std::uint32_t>(p);
-  }
-  is_band_order_valid_ = true;
-}
-
-template <int Dim>
-void ParticleBody<Dim>::locate(const Grid<Dim>& grid, std::vector<char>& is_band_occupied) {
-  // Neighbours in space should be neighbours in memory; sorted anew when half of the particles have crossed into another cell.
-  if (!is_sorted_ || 2 * moved_since_sort_ > particles_.count()) sort_by_cell(grid);
-  if (!is_band_order_valid_) order_by_band(grid);
-  for (std::size_t band = 0; band + 1 < band_begin_.size(); ++band) {
-    if (band_begin_[band + 1] > band_begin_[band]) is_band_occupied[band] = 1;
-  }
-}
-
-template <int Dim>
-void ParticleBody<Dim>::p2g(Grid<Dim>& grid, Map what) {
-  const auto kernel = what == Map::momentum ? transfer_.p2g_momentum : transfer_.p2g_momentum_and_force;
-  const ParticleView<Dim> view = particles_.view();
-  const Index bands = grid.band_count();
-  // Neighbouring bands share a row of nodes: first all even bands, then all odd ones, so no two threads add to one node, and each
-  // node's sum is formed in the same order always.
-  for (Index parity = 0; parity < 2; ++parity) {
-    parallel_for((bands + 1 - parity) / 2, particles_.count(), [&](Index k) {
-      const auto band = static_cast<std::size_t>(2 * k + parity);
-      if (band_begin_[band] < band_begin_[band + 1]) {
-        kernel(grid.view(), view, band_order_.data(), band_begin_[band], band_begin_[band + 1]);
+    const Vec3& x = seeds.position[p];
+    for (int d = 0; d < Dim; ++d) {
+      const auto s = static_cast<std::size_t>(d);
+      if (!(x[s] >= grid.lower(d) && x[s] <= grid.upper(d))) {
+        const Vec3 upper{geometry.lower[0] + geometry.cell_size[0] * grid.cells(0), geometry.lower[1] + geometry.cell_size[1] * grid.cells(1),
+                         Dim == 3 ? geometry.lower[2] + geometry.cell_size[2] * grid.cells(Dim - 1) : 0};
+        throw InputError("{}: particle {} at [{}] is outside the grid [{}] to [{}]; move the body or enlarge the grid", where, p,
+                         fmt::join(x.begin(), x.begin() + Dim, ", "), fmt::join(geometry.lower.begin(), geometry.lower.begin() + Dim, ", "),
+                         fmt::join(upper.begin(), upper.begin() + Dim, ", "));
       }
-    });
-  }
-}
-
-template <int Dim>
-void ParticleBody<Dim>::g2p(const Grid<Dim>& grid, Gather what, Real dt, Real flip) {
-  const auto kernel = transfer_.g2p(what);
-  const bool has_gradient = what == Gather::all || what == Gather::gradient_move || what == Gather::gradient;
-  const bool moves = what == Gather::all || what == Gather::gradient_move || what == Gather::velocity_move;
-  const ParticleView<Dim> view = particles_.view();
-  const Index n = particles_.count();
-  const Index chunks = chunk_count(n);
-  reports_.resize(static_cast<std::size_t>(chunks));
-  parallel_for(chunks, n, [&](Index chunk) {
-    const Index begin = chunk * k_chunk;
-    const Index count = std::min(k_chunk, n - begin);
-    alignas(64) Real L[Dim * Dim * k_chunk];
-    ChunkReport report;
-    kernel(grid.view(), view, begin, count, dt, flip, L, report.gather);
-    if (has_gradient) {
-      PointBlock block;
-      block.count = count;
-      block.dt = dt;
-      for (int k = 0; k < Dim * Dim; ++k) {
-        block.F[k] = view.F[k] + begin;
-        block.L[k] = L + k * k_chunk;
-      }
-      for (int k = 0; k < k_stress_size<Dim>; ++k) block.tau[k] = view.tau[k] + begin;
-      block.volume0 = view.volume0 + begin;
-      Real* history[64];
-      for (std::size_t k = 0; k < particles_.history.size(); ++k) history[k] = particles_.history[k].data() + begin;
-      block.history = history;
-      material_->update(block, Dim);
-      report.dissipated = block.dissipated;
-      report.first_inverted = block.first_inverted < 0 ? -1 : begin + block.first_inverted;
+      const Real place = (x[s] - grid.lower(d)) / grid.cell_size(d);
+      cells[p][s] = std::min(static_cast<int>(place), grid.cells(d) - 1);  // points on the far side belong to the last cell
+      places[p][s] = place - cells[p][s];
     }
-    reports_[static_cast<std::size_t>(chunk)] = report;
+  }
+  // Cell by cell, so that blocks and their pages lie in the order of the sweep.
+  std::vector<std::uint32_t> order(n);
+  std::iota(order.begin(), order.end(), 0u);
+  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return std::lexicographical_compare(cells[a].rbegin(), cells[a].rend(), cells[b].rbegin(), cells[b].rend());
   });
-  if (has_gradient) {
-    viscous_dissipation_ = 0;
-    bad_slot_ = -1;
+  std::vector<R> fields(static_cast<std::size_t>(layout.field_count));
+  for (const std::uint32_t p : order) {
+    std::fill(fields.begin(), fields.end(), R{0});
+    const Vec3 v = spec.velocity ? spec.velocity->at(seeds.position[p]) : Vec3{};
+    const auto at = [&](int f) -> R& { return fields[static_cast<std::size_t>(f)]; };
+    for (int d = 0; d < Dim; ++d) {
+      const auto s = static_cast<std::size_t>(d);
+      at(layout.x + d) = static_cast<R>(places[p][s]);
+      at(layout.v + d) = static_cast<R>(v[s]);
+      at(layout.F + d * Dim + d) = 1;
+    }
+    at(layout.id) = id_to_bits<R>(p);
+    if (layout.volume >= 0) at(layout.volume) = static_cast<R>(seeds.volume[p]);
+    blocks_->insert(cells[p], fields.data());
   }
-  GatherReport sum;
-  for (const ChunkReport& report : reports_) {
-    sum.moved_cell += report.gather.moved_cell;
-    sum.moved_band += report.gather.moved_band;
-    sum.outside += report.gather.outside;
-    if (has_gradient) {
-      viscous_dissipation_ += report.dissipated;
-      if (bad_slot_ < 0) bad_slot_ = report.first_inverted;
+  blocks_->add_to_count(static_cast<Index>(n));
+}
+
+template <int Dim, class R>
+SweepContext<Dim, R> ParticleBody<Dim, R>::make_context(Real dt, Real flip) const {
+  Context context;
+  context.layout = blocks_->layout();
+  context.density = static_cast<R>(material_->density());
+  context.uniform_volume = static_cast<R>(uniform_volume_);
+  context.dt = dt;
+  context.flip = static_cast<R>(flip);
+  for (int d = 0; d < Dim; ++d) context.inverse_cell_size[d] = static_cast<R>(1 / grid_.cell_size(d));
+  context.law = material_->law_data();
+  context.law_kernel = kernels_.laws[material_->law_index()];
+  std::fill_n(context.J_min, k_lanes<R>, R{1});
+  std::fill_n(context.J_max, k_lanes<R>, R{1});
+  return context;
+}
+
+template <int Dim, class R>
+template <class F>
+void ParticleBody<Dim, R>::for_each_band(F&& f) {
+  const Index bands = static_cast<Index>(blocks_->bands().size());
+  // Tiles at periodic sides belong to far bands, which then must not be worked at the same time.
+  const Index work = grid_.has_periodic() ? 0 : blocks_->count();
+  for (Index parity = 0; parity < 2; ++parity) {
+    parallel_for((bands + 1 - parity) / 2, work, [&](Index k) { f(static_cast<std::size_t>(2 * k + parity)); });
+  }
+}
+
+template <int Dim, class R>
+void ParticleBody<Dim, R>::sweep(Sweep what, Real dt, Real flip) {
+  const Context context = make_context(dt, flip);
+  for_each_band([&](std::size_t b) {
+    reports_[b].context = context;
+    reports_[b].bad = {};
+    sweep_band(what, blocks_->bands()[b], reports_[b]);
+  });
+  collect(what, reports_);
+  if (!moves(what)) return;
+  settle(what);
+  if (++sweeps_since_prune_ >= k_sweeps_between_prunes) {
+    sweeps_since_prune_ = 0;
+    for_each_band([&](std::size_t b) { blocks_->prune(blocks_->bands()[b]); });
+  }
+}
+
+template <int Dim, class R>
+void ParticleBody<Dim, R>::sweep_band(Sweep what, Band& band, BandReport& report) {
+  const auto kernel = kernels_.sweeps[static_cast<int>(what)];
+  const int field_count = blocks_->layout().field_count;
+  SweepChunk<Dim, R> chunk;
+  std::vector<Mover<R>> movers;
+  for (Block<Dim, R>* block : band.blocks) {
+    if (block->slot_count == 0) continue;
+    for (int row = 0; row < k_rows<Dim>; ++row) {
+      for (int next = 0; next < 2; ++next) chunk.nodes[row][next] = &block->tiles[row][next]->values;
+    }
+    movers.clear();
+    for (int first = 0; first < block->slot_count; first += k_chunk_slots) {
+      chunk.slot_count = std::min(k_chunk_slots, block->slot_count - first);
+      for (int k = 0; k < chunk.slot_count; ++k) chunk.slots[k] = block->slot(first + k, field_count);
+      for (int lane = 0; lane < k_lanes<R>; ++lane) chunk.counts[lane] = block->counts[lane] - static_cast<R>(first);
+      kernel(report.context, chunk);
+      for (int m = 0; m < chunk.mover_count; ++m) {
+        movers.push_back(chunk.movers[m]);
+        movers.back().slot += first;
+      }
+      if (chunk.bad_slot >= 0 && report.bad.id < 0) {
+        const R* const fields = chunk.slots[chunk.bad_slot] + chunk.bad_lane;
+        const Particle particle{fields, k_lanes<R>, blocks_->position(*block, fields, chunk.bad_lane)};
+        report.bad = {id(particle), particle.position, J(particle)};
+      }
+    }
+    if (!movers.empty()) blocks_->extract(band, *block, movers);
+  }
+}
+
+template <int Dim, class R>
+void ParticleBody<Dim, R>::collect(Sweep what, const std::vector<BandReport>& reports) {
+  // In the order of the bands: the same bits for any number of threads.
+  if (updates_velocity(what)) {
+    for (int d = 0; d < Dim; ++d) {
+      speed_max_[d] = 0;
+      for (const BandReport& report : reports) {
+        for (const R speed : report.context.speed_max[d]) speed_max_[d] = std::max(speed_max_[d], static_cast<Real>(speed));
+      }
     }
   }
-  if (moves) {
-    has_escapes_ = sum.outside > 0;
-    moved_since_sort_ += sum.moved_cell;
-    if (sum.moved_band > 0) is_band_order_valid_ = false;
+  if (!updates_stress(what)) return;
+  viscous_dissipation_ = 0;
+  bad_point_ = {};
+  J_min_ = J_max_ = 1;
+  for (const BandReport& report : reports) {
+    viscous_dissipation_ += report.context.dissipated;
+    if (bad_point_.id < 0) bad_point_ = report.bad;
+    for (const R J : report.context.J_min) J_min_ = std::min(J_min_, static_cast<Real>(J));
+    for (const R J : report.context.J_max) J_max_ = std::max(J_max_, static_cast<Real>(J));
   }
 }
 
-template <int Dim>
-BadPoint ParticleBody<Dim>::bad_point() const {
-  if (bad_slot_ < 0) return {};
-  return {particles_.id[static_cast<std::size_t>(bad_slot_)], position(bad_slot_), particles_.J(bad_slot_)};
-}
-
-template <int Dim>
-void ParticleBody<Dim>::append_escapes(const Grid<Dim>& grid, std::size_t body, std::vector<Escape>& escapes) const {
-  if (!has_escapes_) return;
-  for (Index p = 0; p < particles_.count(); ++p) {
-    if (!is_outside(grid, p)) continue;
-    Escape escape{body, particles_.id[static_cast<std::size_t>(p)], position(p), {}};
-    for (std::size_t d = 0; d < Dim; ++d) escape.velocity[d] = particles_.v[d][static_cast<std::size_t>(p)];
-    escapes.push_back(escape);
-  }
-}
-
-template <int Dim>
-void ParticleBody<Dim>::remove_escaped(const Grid<Dim>& grid, const Vec3& gravity, Ledger& ledger) {
-  if (!has_escapes_) return;
-  std::vector<std::uint32_t> kept;
-  for (Index p = 0; p < particles_.count(); ++p) {
-    if (!is_outside(grid, p)) {
-      kept.push_back(static_cast<std::uint32_t>(p));
-      continue;
+template <int Dim, class R>
+void ParticleBody<Dim, R>::settle(Sweep what) {
+  std::vector<Band>& bands = blocks_->bands();
+  for (auto& arrivals : arrivals_) arrivals.clear();
+  for (std::size_t b = 0; b < bands.size(); ++b) {
+    const MovingParticles<Dim, R>& leaving = bands[b].leaving;
+    for (std::size_t i = 0; i < leaving.count(); ++i) {
+      if (leaving.targets[i].is_outside) keep_outside(leaving, i);
+      else arrivals_[static_cast<std::size_t>(grid_.band_of(leaving.targets[i].cell[Dim - 1]))].emplace_back(b, i);
     }
-    const BodyTotals lost = totals_of(p, p + 1, gravity);
+  }
+  for_each_band([&](std::size_t b) { settle_band(what, arrivals_[b]); });
+  for (Band& band : bands) band.leaving.clear();
+}
+
+template <int Dim, class R>
+void ParticleBody<Dim, R>::settle_band(Sweep what, const std::vector<std::pair<std::size_t, std::size_t>>& arrivals) {
+  for (const auto& [source, i] : arrivals) {
+    const MovingParticles<Dim, R>& leaving = blocks_->bands()[source].leaving;
+    const R* const fields = leaving.particle(i, blocks_->stride());
+    const auto [block, lane] = blocks_->insert(leaving.targets[i].cell, fields);
+    map_arrival(what, *block, lane, fields);
+  }
+}
+
+/// What the kernels do for the particles that stay: mass, momentum and force to the nodes of the cell.
+template <int Dim, class R>
+void ParticleBody<Dim, R>::map_arrival(Sweep what, const Block<Dim, R>& block, int lane, const R* fields) {
+  const SlotLayout& at = blocks_->layout();
+  const R* const tau = fields + at.field_count;
+  const R volume = at.volume >= 0 ? fields[at.volume] : static_cast<R>(uniform_volume_);
+  const R m = volume * static_cast<R>(material_->density());
+  R w[Dim][2];
+  R dw[Dim][2];
+  for (int d = 0; d < Dim; ++d) {
+    const R x = fields[at.x + d];
+    w[d][0] = 1 - x;
+    w[d][1] = x;
+    dw[d][1] = static_cast<R>(1 / grid_.cell_size(d));
+    dw[d][0] = -dw[d][1];
+  }
+  for (int row = 0; row < k_rows<Dim>; ++row) {
+    const int j = row % 2;
+    const int k = row / 2;
+    const R wz = Dim == 3 ? w[Dim - 1][k] : R{1};
+    for (int i = 0; i < 2; ++i) {
+      const int place = lane + i;
+      NodeValues<Dim, R>& nodes = block.tiles[row][place / k_lanes<R>]->values;
+      const int n = place % k_lanes<R>;
+      const R N = w[0][i] * w[1][j] * wz;
+      nodes.mass[n] += N * m;
+      for (int d = 0; d < Dim; ++d) nodes.momentum[d][n] += N * m * fields[at.v + d];
+      if (what == Sweep::usf_velocity) continue;
+      R dN[Dim];
+      dN[0] = dw[0][i] * w[1][j] * wz;
+      dN[1] = w[0][i] * dw[1][j] * wz;
+      if constexpr (Dim == 3) dN[2] = w[0][i] * w[1][j] * dw[2][k];
+      for (int c = 0; c < Dim; ++c) {
+        R sum = 0;
+        for (int d = 0; d < Dim; ++d) sum += tau[stress_index(c, d)] * dN[d];
+        nodes.force[c][n] -= volume * sum;
+      }
+    }
+  }
+}
+
+template <int Dim, class R>
+void ParticleBody<Dim, R>::keep_outside(const MovingParticles<Dim, R>& leaving, std::size_t i) {
+  const SlotLayout& at = blocks_->layout();
+  const R* const fields = leaving.particle(i, blocks_->stride());
+  Outside outside{std::vector<R>(fields, fields + at.field_count), {}};
+  for (int d = 0; d < Dim; ++d) {
+    const auto s = static_cast<std::size_t>(d);
+    outside.position[s] = grid_.lower(d) + (leaving.targets[i].cell[s] + static_cast<Real>(fields[at.x + d])) * grid_.cell_size(d);
+  }
+  mass_ -= volume0(particle_of(outside)) * material_->density();
+  blocks_->add_to_count(-1);
+  outside_.push_back(std::move(outside));
+}
+
+template <int Dim, class R>
+void ParticleBody<Dim, R>::append_escapes(std::size_t body, std::vector<Escape>& escapes) const {
+  for (const Outside& outside : outside_) {
+    const Particle p = particle_of(outside);
+    escapes.push_back({body, id(p), p.position, velocity(p)});
+  }
+}
+
+template <int Dim, class R>
+void ParticleBody<Dim, R>::remove_escaped(const Vec3& gravity, Ledger& ledger) {
+  for (const Outside& outside : outside_) {
+    const BodyTotals lost = totals_of(particle_of(outside), gravity);
     ++ledger.removed_count;
     ledger.removed_mass += lost.mass;
-    mass_ -= lost.mass;
     ledger.removed_energy += lost.kinetic_energy + lost.strain_energy + lost.gravitational_energy;
     for (std::size_t d = 0; d < 3; ++d) ledger.removed_momentum[d] += lost.momentum[d];
   }
-  particles_.permute(kept);
-  is_band_order_valid_ = false;
-  has_escapes_ = false;
+  outside_.clear();
 }
 
-template <int Dim>
-Real ParticleBody<Dim>::stable_dt(const Grid<Dim>& grid) const {
-  struct Extremes {
-    Real J_min = 1;
-    Real J_max = 1;
-    Real speed_max[Dim] = {};
-  };
-  const Index n = particles_.count();
-  std::vector<Extremes> extremes(static_cast<std::size_t>(chunk_count(n)));
-  parallel_for(chunk_count(n), n, [&](Index chunk) {
-    Extremes e;
-    for (Index p = chunk * k_chunk; p < std::min(n, (chunk + 1) * k_chunk); ++p) {
-      const Real J = particles_.J(p);
-      e.J_min = std::min(e.J_min, J);
-      e.J_max = std::max(e.J_max, J);
-      for (int d = 0; d < Dim; ++d) e.speed_max[d] = std::max(e.speed_max[d], std::abs(particles_.v[d][static_cast<std::size_t>(p)]));
-    }
-    extremes[static_cast<std::size_t>(chunk)] = e;
-  });
-  Extremes all;
-  for (const Extremes& e : extremes) {
-    all.J_min = std::min(all.J_min, e.J_min);
-    all.J_max = std::max(all.J_max, e.J_max);
-    for (int d = 0; d < Dim; ++d) all.speed_max[d] = std::max(all.speed_max[d], e.speed_max[d]);
-  }
+template <int Dim, class R>
+Real ParticleBody<Dim, R>::stable_dt() const {
   Real dt = std::numeric_limits<Real>::infinity();
-  for (const Real J : {all.J_min, Real{1}, all.J_max}) {
+  for (const Real J : {J_min_, Real{1}, J_max_}) {
     const Real wave_speed = material_->wave_speed(J);
     const Real viscosity = material_->kinematic_viscosity(J);
     for (int d = 0; d < Dim; ++d) {
-      const Real h = grid.view().cell_size[d];
-      dt = std::min(dt, h / (wave_speed + all.speed_max[d]));
+      const Real h = grid_.cell_size(d);
+      dt = std::min(dt, h / (wave_speed + speed_max_[d]));
       if (viscosity > 0) dt = std::min(dt, h * h / (2 * Dim * viscosity));
     }
   }
   return dt;
 }
 
-template <int Dim>
-Real ParticleBody<Dim>::smallest_particle_mass() const {
-  return particles_.mass.empty() ? std::numeric_limits<Real>::infinity()
-                                 : *std::min_element(particles_.mass.begin(), particles_.mass.end());
-}
-
-template <int Dim>
-Index ParticleBody<Dim>::memory() const {
-  return particles_.memory() + static_cast<Index>(band_order_.size() * sizeof(std::uint32_t));
-}
-
-template class ParticleBody<2>;
-template class ParticleBody<3>;
+template class ParticleBody<2, double>;
+template class ParticleBody<3, double>;
+template class ParticleBody<2, float>;
+template class ParticleBody<3, float>;
 
 }  // namespace matpoint

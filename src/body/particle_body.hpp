@@ -2,70 +2,109 @@
 #pragma once
 
 #include "body/body.hpp"
-#include "body/particles.hpp"
+#include "body/cell_blocks.hpp"
 #include "material/material.hpp"
-#include "transfer/transfer_table.hpp"
 
 namespace matpoint {
 
-template <int Dim>
+template <int Dim, class R>
 class ParticleBody final : public Body<Dim> {
  public:
-  /// Fills the body's region. Throws InputError for an empty body and for particles outside the grid.
-  ParticleBody(const BodySpec& spec, const Grid<Dim>& grid, const TransferTable<Dim>& transfer);
+  /// Fills the body's region. Throws InputError for an empty body and for particles outside the grid. The grid must outlive the body.
+  ParticleBody(const BodySpec& spec, Grid<Dim, R>& grid);
 
   const std::string& name() const override { return name_; }
-  Index particle_count() const override { return particles_.count(); }
-  void locate(const Grid<Dim>& grid, std::vector<char>& is_band_occupied) override;
-  void p2g(Grid<Dim>& grid, Map what) override;
-  void g2p(const Grid<Dim>& grid, Gather what, Real dt, Real flip) override;
+  Index particle_count() const override { return blocks_->count() + static_cast<Index>(outside_.size()); }
+  void sweep(Sweep what, Real dt, Real flip) override;
   Real viscous_dissipation() const override { return viscous_dissipation_; }
-  BadPoint bad_point() const override;
-  bool has_escapes() const override { return has_escapes_; }
-  void append_escapes(const Grid<Dim>& grid, std::size_t body, std::vector<Escape>& escapes) const override;
-  void remove_escaped(const Grid<Dim>& grid, const Vec3& gravity, Ledger& ledger) override;
-  Real stable_dt(const Grid<Dim>& grid) const override;
+  BadPoint bad_point() const override { return bad_point_; }
+  void append_escapes(std::size_t body, std::vector<Escape>& escapes) const override;
+  void remove_escaped(const Vec3& gravity, Ledger& ledger) override;
+  Real stable_dt() const override;
   Real mass() const override { return mass_; }
-  Real smallest_particle_mass() const override;
+  Real smallest_particle_mass() const override { return smallest_volume_ * material_->density(); }
   BodyTotals totals(const Vec3& gravity) const override;
   std::vector<std::string> field_names() const override;
   Field field(const std::string& name, std::size_t body) const override;
-  Index memory() const override;
+  Index memory() const override { return blocks_->memory(); }
 
  private:
-  /// What one chunk of particles reports after a pass; summed in the order of the chunks.
-  struct ChunkReport {
-    GatherReport gather;
-    Real dissipated = 0;
-    Index first_inverted = -1;
+  using Blocks = CellBlocks<Dim, R>;
+  using Band = typename Blocks::Band;
+  using Context = SweepContext<Dim, R>;
+
+  /// One particle as the outputs see it; a view of its fields.
+  struct Particle {
+    const R* fields;
+    int stride;
+    Vec3 position;
+    Real field(int f) const { return static_cast<Real>(fields[f * stride]); }
+  };
+  /// A particle outside of the grid: its fields and its stress, one after the other.
+  struct Outside {
+    std::vector<R> fields;
+    Vec3 position;
+  };
+  /// Of one band and sweep.
+  struct BandReport {
+    Context context;
+    BadPoint bad;
   };
 
-  bool is_outside(const Grid<Dim>& grid, Index p) const;
-  void sort_by_cell(const Grid<Dim>& grid);
-  void order_by_band(const Grid<Dim>& grid);
-  Vec3 position(Index p) const;
-  BodyTotals totals_of(Index begin, Index end, const Vec3& gravity) const;
-  std::array<Real, 6> cauchy_stress(Index p) const;
-  std::array<Real, 9> deformation_gradient(Index p) const;
+  void seed(const BodySpec& spec, const std::string& where, Grid<Dim, R>& grid);
+  Context make_context(Real dt, Real flip) const;
+  void sweep_band(Sweep what, Band& band, BandReport& report);
+  void settle(Sweep what);
+  void settle_band(Sweep what, const std::vector<std::pair<std::size_t, std::size_t>>& arrivals);
+  void map_arrival(Sweep what, const Block<Dim, R>& block, int lane, const R* fields);
+  void keep_outside(const MovingParticles<Dim, R>& leaving, std::size_t i);
+  void collect(Sweep what, const std::vector<BandReport>& reports);
+  /// Calls f(band, ...) for all even bands, then for all odd ones.
+  template <class F>
+  void for_each_band(F&& f);
+
+  template <class F>
+  void for_each_particle(F&& f) const;
+  Particle particle_of(const Outside& outside) const { return {outside.fields.data(), 1, outside.position}; }
+  Index id(const Particle& p) const { return id_from_bits(p.fields[blocks_->layout().id * p.stride]); }
+  Vec3 velocity(const Particle& p) const;
+  Real volume0(const Particle& p) const;
+  Material::Matrix deformation_gradient(const Particle& p) const;
+  Real J(const Particle& p) const;
+  std::array<Real, 6> cauchy_stress(const Particle& p) const;
+  BodyTotals totals_of(const Particle& p, const Vec3& gravity) const;
+  /// Row of each id in the fields that are handed out, or -1 for ids that were removed.
+  std::vector<std::int32_t> rows_of_ids() const;
 
   std::string name_;
   std::shared_ptr<Material> material_;
-  const TransferTable<Dim>& transfer_;
-  Particles<Dim> particles_;
-
-  // Particles in the order of bands, stable in memory order: the order of sums depends on the grid and never on threads.
-  std::vector<std::uint32_t> band_order_;
-  std::vector<Index> band_begin_;
-  bool is_band_order_valid_ = false;
-  Index moved_since_sort_ = 0;
-  bool is_sorted_ = false;
-
-  std::vector<ChunkReport> reports_;
+  Grid<Dim, R>& grid_;
+  const KernelTable<Dim, R>& kernels_;
+  std::unique_ptr<Blocks> blocks_;
+  std::vector<Outside> outside_;
+  Index id_count_ = 0;
+  Real uniform_volume_ = 0;
+  Real smallest_volume_ = 0;
   Real mass_ = 0;
+  int sweeps_since_prune_ = 0;
+
+  std::vector<BandReport> reports_;
+  std::vector<std::vector<std::pair<std::size_t, std::size_t>>> arrivals_;  ///< Per band: (band, index) of the particles that come.
   Real viscous_dissipation_ = 0;
-  Index bad_slot_ = -1;
-  bool has_escapes_ = false;
+  BadPoint bad_point_;
+  Real speed_max_[Dim] = {};
+  Real J_min_ = 1;
+  Real J_max_ = 1;
 };
+
+template <int Dim, class R>
+template <class F>
+void ParticleBody<Dim, R>::for_each_particle(F&& f) const {
+  for (const Band& band : blocks_->bands()) {
+    blocks_->for_each(band, [&](const R* fields, const Vec3& position) { f(Particle{fields, k_lanes<R>, position}); });
+  }
+  for (const Outside& outside : outside_) f(particle_of(outside));
+}
 
 /// All fields that a body of particles has.
 const std::vector<std::string>& particle_field_names();

@@ -4,6 +4,7 @@
 
 #include "body/particle_body.hpp"
 #include "core/parallel.hpp"
+#include "core/tensor.hpp"
 
 namespace matpoint {
 
@@ -43,109 +44,146 @@ void add(BodyTotals& sum, const BodyTotals& part) {
 
 }  // namespace
 
-template <int Dim>
-std::array<Real, 6> ParticleBody<Dim>::cauchy_stress(Index p) const {
-  std::array<Real, 6> sigma{};
-  const Real J = particles_.J(p);
-  for (std::size_t k = 0; k < k_stress_size<Dim>; ++k) sigma[k] = particles_.tau[k][static_cast<std::size_t>(p)] / J;
-  return sigma;
+template <int Dim, class R>
+Vec3 ParticleBody<Dim, R>::velocity(const Particle& p) const {
+  Vec3 v{};
+  for (int d = 0; d < Dim; ++d) v[static_cast<std::size_t>(d)] = p.field(blocks_->layout().v + d);
+  return v;
 }
 
-template <int Dim>
-std::array<Real, 9> ParticleBody<Dim>::deformation_gradient(Index p) const {
-  std::array<Real, 9> F{1, 0, 0, 0, 1, 0, 0, 0, 1};
-  for (std::size_t r = 0; r < Dim; ++r) {
-    for (std::size_t c = 0; c < Dim; ++c) F[3 * r + c] = particles_.F[r * Dim + c][static_cast<std::size_t>(p)];
+template <int Dim, class R>
+Real ParticleBody<Dim, R>::volume0(const Particle& p) const {
+  return blocks_->layout().volume >= 0 ? p.field(blocks_->layout().volume) : uniform_volume_;
+}
+
+template <int Dim, class R>
+Material::Matrix ParticleBody<Dim, R>::deformation_gradient(const Particle& p) const {
+  Material::Matrix F{1, 0, 0, 0, 1, 0, 0, 0, 1};
+  for (int r = 0; r < Dim; ++r) {
+    for (int c = 0; c < Dim; ++c) F[static_cast<std::size_t>(3 * r + c)] = p.field(blocks_->layout().F + r * Dim + c);
   }
   return F;
 }
 
-/// Sums over slots [begin, end); center_of_mass holds the sum of m x until the caller divides.
-template <int Dim>
-BodyTotals ParticleBody<Dim>::totals_of(Index begin, Index end, const Vec3& gravity) const {
-  BodyTotals sum;
-  for (Index p = begin; p < end; ++p) {
-    const auto s = static_cast<std::size_t>(p);
-    BodyTotals one;
-    one.particle_count = 1;
-    one.mass = particles_.mass[s];
-    one.lower = one.upper = position(p);
-    for (std::size_t d = 0; d < Dim; ++d) {
-      const Real v = particles_.v[d][s];
-      one.momentum[d] = one.mass * v;
-      one.center_of_mass[d] = one.mass * one.lower[d];
-      one.kinetic_energy += 0.5 * one.mass * v * v;
-      one.gravitational_energy -= one.mass * gravity[d] * one.lower[d];
-    }
-    one.strain_energy = material_->energy_density(deformation_gradient(p)) * particles_.volume0[s];
-    one.von_mises_max = von_mises(cauchy_stress(p));
-    one.J_min = one.J_max = particles_.J(p);
-    add(sum, one);
-  }
-  return sum;
+template <int Dim, class R>
+Real ParticleBody<Dim, R>::J(const Particle& p) const {
+  Mat3<Real> F;
+  const Material::Matrix entries = deformation_gradient(p);
+  std::copy(entries.begin(), entries.end(), F.entries);
+  return determinant(F);
 }
 
-template <int Dim>
-BodyTotals ParticleBody<Dim>::totals(const Vec3& gravity) const {
-  const Index n = particles_.count();
-  const Index chunks = (n + k_chunk - 1) / k_chunk;
-  std::vector<BodyTotals> parts(static_cast<std::size_t>(chunks));
-  parallel_for(chunks, n, [&](Index chunk) {
-    parts[static_cast<std::size_t>(chunk)] = totals_of(chunk * k_chunk, std::min(n, (chunk + 1) * k_chunk), gravity);
+template <int Dim, class R>
+std::array<Real, 6> ParticleBody<Dim, R>::cauchy_stress(const Particle& p) const {
+  std::array<Real, 6> sigma{};
+  const SlotLayout& at = blocks_->layout();
+  if (at.tau >= 0) {
+    for (std::size_t s = 0; s < k_stress_size<Dim>; ++s) sigma[s] = p.field(at.tau + static_cast<int>(s));
+  } else {
+    const Material::Matrix tau = material_->kirchhoff_stress(deformation_gradient(p));
+    sigma = {tau[0], tau[4], tau[8], tau[1], tau[5], tau[2]};
+  }
+  const Real volume_ratio = J(p);
+  for (Real& component : sigma) component /= volume_ratio;
+  return sigma;
+}
+
+/// Of one particle; center_of_mass holds m x until the caller divides.
+template <int Dim, class R>
+BodyTotals ParticleBody<Dim, R>::totals_of(const Particle& p, const Vec3& gravity) const {
+  BodyTotals one;
+  one.particle_count = 1;
+  const Real volume = volume0(p);
+  one.mass = volume * material_->density();
+  one.lower = one.upper = p.position;
+  const Vec3 v = velocity(p);
+  for (std::size_t d = 0; d < Dim; ++d) {
+    one.momentum[d] = one.mass * v[d];
+    one.center_of_mass[d] = one.mass * p.position[d];
+    one.kinetic_energy += 0.5 * one.mass * v[d] * v[d];
+    one.gravitational_energy -= one.mass * gravity[d] * p.position[d];
+  }
+  one.strain_energy = material_->energy_density(deformation_gradient(p)) * volume;
+  one.von_mises_max = von_mises(cauchy_stress(p));
+  one.J_min = one.J_max = J(p);
+  return one;
+}
+
+template <int Dim, class R>
+BodyTotals ParticleBody<Dim, R>::totals(const Vec3& gravity) const {
+  // Per band, then in the order of the bands: the same bits for any number of threads.
+  const std::vector<Band>& bands = blocks_->bands();
+  std::vector<BodyTotals> parts(bands.size());
+  parallel_for(static_cast<Index>(bands.size()), blocks_->count(), [&](Index b) {
+    const auto s = static_cast<std::size_t>(b);
+    blocks_->for_each(bands[s], [&](const R* fields, const Vec3& x) { add(parts[s], totals_of(Particle{fields, k_lanes<R>, x}, gravity)); });
   });
   BodyTotals sum;
-  for (const BodyTotals& part : parts) add(sum, part);
+  for (const BodyTotals& part : parts) {
+    if (part.particle_count > 0) add(sum, part);
+  }
+  for (const Outside& outside : outside_) add(sum, totals_of(particle_of(outside), gravity));
   if (sum.mass > 0) {
     for (Real& x : sum.center_of_mass) x /= sum.mass;
   }
   return sum;
 }
 
-template <int Dim>
-std::vector<std::string> ParticleBody<Dim>::field_names() const {
+template <int Dim, class R>
+std::vector<std::string> ParticleBody<Dim, R>::field_names() const {
   return particle_field_names();
 }
 
-template <int Dim>
-Field ParticleBody<Dim>::field(const std::string& name, std::size_t body) const {
-  const std::vector<std::uint32_t> slots = particles_.slots_by_id();
-  const auto gather = [&](const std::string& unit, int components, auto&& value) {
-    Field field{name, unit, components, {}};
-    field.values.resize(slots.size() * static_cast<std::size_t>(components));
-    Real* out = field.values.data();
-    for (const std::uint32_t slot : slots) {
-      for (int c = 0; c < components; ++c) *out++ = value(static_cast<Index>(slot), static_cast<std::size_t>(c));
-    }
+template <int Dim, class R>
+std::vector<std::int32_t> ParticleBody<Dim, R>::rows_of_ids() const {
+  std::vector<std::int32_t> rows(static_cast<std::size_t>(id_count_), -1);
+  for_each_particle([&](const Particle& p) { rows[static_cast<std::size_t>(id(p))] = 0; });
+  std::int32_t next = 0;
+  for (std::int32_t& row : rows) {
+    if (row == 0) row = next++;
+  }
+  return rows;
+}
+
+template <int Dim, class R>
+Field ParticleBody<Dim, R>::field(const std::string& name, std::size_t body) const {
+  // Without removed particles an id is its own row.
+  const std::vector<std::int32_t> rows = particle_count() == id_count_ ? std::vector<std::int32_t>{} : rows_of_ids();
+  const auto gather = [&](const std::string& unit, std::size_t components, auto&& values_of) {
+    Field field{name, unit, static_cast<int>(components), {}};
+    field.values.resize(static_cast<std::size_t>(particle_count()) * components);
+    for_each_particle([&](const Particle& p) {
+      const auto number = static_cast<std::size_t>(id(p));
+      const std::size_t row = rows.empty() ? number : static_cast<std::size_t>(rows[number]);
+      const auto values = values_of(p);
+      std::copy_n(values.begin(), components, field.values.begin() + static_cast<std::ptrdiff_t>(row * components));
+    });
     return field;
   };
-  const auto at = [](const auto& array, Index p) { return static_cast<Real>(array[static_cast<std::size_t>(p)]); };
-  if (name == "position") return gather("m", Dim, [&](Index p, std::size_t c) { return at(particles_.x[c], p); });
-  if (name == "velocity") return gather("m/s", Dim, [&](Index p, std::size_t c) { return at(particles_.v[c], p); });
-  if (name == "stress") return gather("Pa", 6, [&](Index p, std::size_t c) { return cauchy_stress(p)[c]; });
-  if (name == "von_mises") return gather("Pa", 1, [&](Index p, std::size_t) { return von_mises(cauchy_stress(p)); });
+  using One = std::array<Real, 1>;
+  if (name == "position") return gather("m", Dim, [&](const Particle& p) { return p.position; });
+  if (name == "velocity") return gather("m/s", Dim, [&](const Particle& p) { return velocity(p); });
+  if (name == "stress") return gather("Pa", 6, [&](const Particle& p) { return cauchy_stress(p); });
+  if (name == "von_mises") return gather("Pa", 1, [&](const Particle& p) { return One{von_mises(cauchy_stress(p))}; });
   if (name == "pressure") {
-    return gather("Pa", 1, [&](Index p, std::size_t) {
+    return gather("Pa", 1, [&](const Particle& p) {
       const auto s = cauchy_stress(p);
-      return -(s[0] + s[1] + s[2]) / 3;
+      return One{-(s[0] + s[1] + s[2]) / 3};
     });
   }
-  if (name == "deformation_gradient") return gather("1", 9, [&](Index p, std::size_t c) { return deformation_gradient(p)[c]; });
-  if (name == "J") return gather("1", 1, [&](Index p, std::size_t) { return particles_.J(p); });
-  if (name == "id") return gather("1", 1, [&](Index p, std::size_t) { return at(particles_.id, p); });
-  if (name == "mass") return gather("kg", 1, [&](Index p, std::size_t) { return at(particles_.mass, p); });
-  if (name == "volume") return gather("m^3", 1, [&](Index p, std::size_t) { return particles_.J(p) * at(particles_.volume0, p); });
-  if (name == "body") return gather("1", 1, [&](Index, std::size_t) { return static_cast<Real>(body); });
+  if (name == "deformation_gradient") return gather("1", 9, [&](const Particle& p) { return deformation_gradient(p); });
+  if (name == "J") return gather("1", 1, [&](const Particle& p) { return One{J(p)}; });
+  if (name == "id") return gather("1", 1, [&](const Particle& p) { return One{static_cast<Real>(id(p))}; });
+  if (name == "mass") return gather("kg", 1, [&](const Particle& p) { return One{volume0(p) * material_->density()}; });
+  if (name == "volume") return gather("m^3", 1, [&](const Particle& p) { return One{J(p) * volume0(p)}; });
+  if (name == "body") return gather("1", 1, [&](const Particle&) { return One{static_cast<Real>(body)}; });
   throw InputError("body \"{}\" has no field \"{}\", it has {}{}", name_, name, list_names(field_names()),
                    did_you_mean(name, field_names()));
 }
 
-template BodyTotals ParticleBody<2>::totals_of(Index, Index, const Vec3&) const;
-template BodyTotals ParticleBody<3>::totals_of(Index, Index, const Vec3&) const;
-template BodyTotals ParticleBody<2>::totals(const Vec3&) const;
-template BodyTotals ParticleBody<3>::totals(const Vec3&) const;
-template std::vector<std::string> ParticleBody<2>::field_names() const;
-template std::vector<std::string> ParticleBody<3>::field_names() const;
-template Field ParticleBody<2>::field(const std::string&, std::size_t) const;
-template Field ParticleBody<3>::field(const std::string&, std::size_t) const;
+template class ParticleBody<2, double>;
+template class ParticleBody<3, double>;
+template class ParticleBody<2, float>;
+template class ParticleBody<3, float>;
 
 }  // namespace matpoint

@@ -210,6 +210,7 @@ void check_boundary(BoundarySpec& boundary, const Input& input, const ReadContex
 
 void check_solver(SolverSpec& solver, const Input& input, const ReadContext& context) {
   check_words({solver.type}, "type", {"explicit"}, input, context);
+  check_words({solver.precision}, "precision", {"double", "single"}, input, context);
   if (solver.mass_cutoff && is_given(input, "mass_cutoff_relative")) {
     fail_input(at_key(input, "mass_cutoff_relative"), context, "mass_cutoff and mass_cutoff_relative are both given; give one of them");
   }
@@ -353,6 +354,8 @@ void SolverSpec::declare(ParameterTable<SolverSpec>& table) {
         return Input::real(solver.mass_cutoff_relative);
       });
   table.optional("mass_cutoff", "kg", &SolverSpec::mass_cutoff, non_negative(), "The same as an absolute mass.");
+  table.optional("precision", "1", &SolverSpec::precision, any_number(),
+                 "Of the computation: \"double\", or \"single\" for about 1.5 times the speed with 7 digits.");
 }
 
 void TimeSpec::declare(ParameterTable<TimeSpec>& table) {

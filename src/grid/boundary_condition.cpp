@@ -26,80 +26,33 @@ Real dot(const Vec<Dim>& a, const Vec<Dim>& b) {
   return sum;
 }
 
-}  // namespace
-
 template <int Dim>
-BoundaryConditions<Dim>::BoundaryConditions(const std::vector<BoundarySpec>& specs, const Grid<Dim>& grid) : specs_(specs) {
-  Directions directions;
-  for (std::size_t c = 0; c < specs_.size(); ++c) {
-    if (!add_nodes(grid, static_cast<int>(c), directions)) {
-      const BoundarySpec& spec = specs_[c];
-      throw InputError("{}boundary {}: its region contains no node of the grid, so it would do nothing; make it at least a cell wide",
-                       spec.place.empty() ? "" : spec.place + ": ", c + 1);
-    }
-  }
-  for (auto& [node, fixed] : directions) {
-    for (int d = 0; d < Dim; ++d) {
-      if (fixed.condition_of[d] >= 0) components_.push_back({node, d, fixed.condition_of[d]});
-    }
-    add_normals(node, fixed);
-  }
+Vec3 widened(const Vec<Dim>& a) {
+  Vec3 x{};
+  std::copy(a.begin(), a.end(), x.begin());
+  return x;
 }
 
+/// The axis that a unit vector is along, or -1.
 template <int Dim>
-bool BoundaryConditions<Dim>::add_nodes(const Grid<Dim>& grid, int condition, Directions& directions) const {
-  const BoundarySpec& spec = specs_[static_cast<std::size_t>(condition)];
-  const Side side = side_of(spec.side);
-  bool has_node = false;
-  for (Index node = 0; node < grid.node_count(); ++node) {
-    const Vec<Dim> position = grid.node_position(node);
-    Vec3 x{};
-    std::copy(position.begin(), position.end(), x.begin());
-    if (spec.region) {
-      if (!spec.region->contains(x)) continue;
-    } else {
-      const Index i = (node / grid.view().stride[side.axis]) % grid.nodes(side.axis);
-      if (i != (side.is_upper ? grid.nodes(side.axis) - 1 : 0)) continue;
-    }
-    has_node = true;
-    const auto [entry, is_new] = directions.try_emplace(node);
-    NodeDirections& fixed = entry->second;
-    if (is_new) std::fill_n(fixed.condition_of, Dim, -1);
-    if (spec.kind != BoundaryKind::slip) {
-      for (int d = 0; d < Dim; ++d) {
-        const bool is_held = spec.components.empty() ||
-                             std::find(spec.components.begin(), spec.components.end(), std::string(1, "xyz"[d])) != spec.components.end();
-        if (is_held) fixed.condition_of[d] = condition;
-      }
-    } else if (spec.region == nullptr) {
-      fixed.condition_of[side.axis] = condition;
-    } else {
-      for (const Vec3& normal : spec.region->normals(x, Dim)) {
-        int axis = -1;
-        for (int d = 0; d < Dim; ++d) {
-          if (std::abs(normal[static_cast<std::size_t>(d)]) > 1 - 1e-12) axis = d;
-        }
-        Vec<Dim> n;
-        std::copy_n(normal.begin(), Dim, n.begin());
-        if (axis >= 0) fixed.condition_of[axis] = condition;
-        else if (dot<Dim>(n, n) > 0) fixed.normals.push_back(n);
-      }
-    }
+int axis_of(const Vec3& n) {
+  for (int d = 0; d < Dim; ++d) {
+    if (std::abs(n[static_cast<std::size_t>(d)]) > 1 - 1e-12) return d;
   }
-  return has_node;
+  return -1;
 }
 
+/// Later conditions win: each direction keeps of itself what the fixed components and the later directions leave free.
 template <int Dim>
-void BoundaryConditions<Dim>::add_normals(Index node, NodeDirections& directions) {
-  // Later conditions win: each direction keeps of itself what the components and the later directions leave free.
+void append_normals(const std::vector<Vec<Dim>>& normals, const int* condition_of, int lane, std::vector<FixedNormal<Dim>>& out) {
   std::vector<Vec<Dim>> taken;
   for (int d = 0; d < Dim; ++d) {
-    if (directions.condition_of[d] < 0) continue;
+    if (condition_of[d] < 0) continue;
     Vec<Dim> axis{};
     axis[static_cast<std::size_t>(d)] = 1;
     taken.push_back(axis);
   }
-  for (auto n = directions.normals.rbegin(); n != directions.normals.rend(); ++n) {
+  for (auto n = normals.rbegin(); n != normals.rend(); ++n) {
     Vec<Dim> free = *n;
     for (const Vec<Dim>& other : taken) {
       const Real share = dot<Dim>(free, other);
@@ -108,123 +61,190 @@ void BoundaryConditions<Dim>::add_normals(Index node, NodeDirections& directions
     const Real left = dot<Dim>(free, free);  // equals free . n
     constexpr Real k_parallel = 1e-12;       // of the square: within 1e-6 rad the direction is taken already
     if (left < k_parallel) continue;
+    FixedNormal<Dim> fixed{lane, *n, {}};
     Vec<Dim> unit;
-    Vec<Dim> correction;
     for (std::size_t d = 0; d < Dim; ++d) {
       unit[d] = free[d] / std::sqrt(left);
-      correction[d] = free[d] / left;
+      fixed.correction[d] = free[d] / left;
     }
     taken.push_back(unit);
-    normals_.push_back({node, *n, correction});
+    out.push_back(fixed);
   }
 }
 
-template <int Dim>
-Vec<Dim> BoundaryConditions<Dim>::velocity(int condition, Real t) const {
-  const BoundarySpec& spec = specs_[static_cast<std::size_t>(condition)];
-  Vec<Dim> value{};
-  if (spec.kind != BoundaryKind::velocity) return value;
-  if (spec.times.empty()) {
-    std::copy_n(spec.velocity.begin(), Dim, value.begin());
-    return value;
+}  // namespace
+
+template <int Dim, class R>
+BoundaryConditions<Dim, R>::BoundaryConditions(const std::vector<BoundarySpec>& specs, const Grid<Dim, R>& grid) : specs_(specs) {
+  for (std::size_t c = 0; c < specs_.size(); ++c) {
+    if (has_node(c, grid)) continue;
+    throw InputError("{}boundary {}: its region contains no node of the grid, so it would do nothing; make it at least a cell wide",
+                     specs_[c].place.empty() ? "" : specs_[c].place + ": ", c + 1);
   }
-  // Linear between the times of the table, constant before the first and after the last.
-  const auto after = std::upper_bound(spec.times.begin(), spec.times.end(), t);
-  const std::size_t k = static_cast<std::size_t>(after - spec.times.begin());
-  const Vec3& upper = spec.velocities[std::min(k, spec.times.size() - 1)];
-  const Vec3& lower = spec.velocities[k == 0 ? 0 : k - 1];
-  const bool is_between = k > 0 && k < spec.times.size();
-  const Real share = is_between ? (t - spec.times[k - 1]) / (spec.times[k] - spec.times[k - 1]) : 0;
-  for (std::size_t d = 0; d < Dim; ++d) value[d] = lower[d] + share * (upper[d] - lower[d]);
-  return value;
 }
 
-template <int Dim>
-void BoundaryConditions<Dim>::constrain(Grid<Dim>& grid, const NodalDynamics<Dim>& dynamics, Real t, Real dt, Ledger& ledger) const {
-  constrain_components(grid, dynamics, t, dt, ledger);
-  constrain_normals(grid, dynamics, dt, ledger);
+template <int Dim, class R>
+bool BoundaryConditions<Dim, R>::holds_at(std::size_t condition, const Grid<Dim, R>& grid, const Place<Dim>& node) const {
+  const BoundarySpec& spec = specs_[condition];
+  if (spec.region) return spec.region->contains(widened<Dim>(grid.node_position(node)));
+  const Side side = side_of(spec.side);
+  return node[static_cast<std::size_t>(side.axis)] == (side.is_upper ? grid.cells(side.axis) : 0);
 }
 
-template <int Dim>
-void BoundaryConditions<Dim>::constrain_components(Grid<Dim>& grid, const NodalDynamics<Dim>& dynamics, Real t, Real dt,
-                                                   Ledger& ledger) const {
-  int condition = -1;
-  Vec<Dim> value{};
-  for (const Component& constraint : components_) {
-    if (!grid.is_row_active(constraint.node)) continue;
-    if (constraint.condition != condition) value = velocity(condition = constraint.condition, t);
-    const auto d = static_cast<std::size_t>(constraint.component);
-    const Real* const mapped = grid.mapped(constraint.node);
-    Real* const motion = grid.motion(constraint.node);
-    const Real m = mapped[0];
-    const bool is_booked = m > 0 && m >= dynamics.mass_cutoff && !grid.is_periodic_twin(constraint.node);
-    if (is_booked) {
-      const Real p = mapped[1 + d];
+template <int Dim, class R>
+bool BoundaryConditions<Dim, R>::has_node(std::size_t condition, const Grid<Dim, R>& grid) const {
+  const BoundarySpec& spec = specs_[condition];
+  if (!spec.region) return true;
+  const Vec3 lower = spec.region->lower();
+  const Vec3 upper = spec.region->upper();
+  Place<Dim> first{};
+  Place<Dim> last{};
+  for (int d = 0; d < Dim; ++d) {
+    const auto s = static_cast<std::size_t>(d);
+    const auto node_at = [&](Real x) { return static_cast<int>(std::clamp((x - grid.lower(d)) / grid.cell_size(d), Real{-1}, static_cast<Real>(grid.nodes(d)))); };
+    first[s] = std::max(0, node_at(lower[s]) - 1);
+    last[s] = std::min(grid.cells(d), node_at(upper[s]) + 1);
+    if (last[s] < first[s]) return false;
+  }
+  Place<Dim> node = first;
+  while (true) {
+    if (holds_at(condition, grid, node)) return true;
+    std::size_t d = 0;
+    while (d < Dim && node[d] == last[d]) {
+      node[d] = first[d];
+      ++d;
+    }
+    if (d == Dim) return false;
+    ++node[d];
+  }
+}
+
+template <int Dim, class R>
+void BoundaryConditions<Dim, R>::append(const Grid<Dim, R>& grid, const Place<Dim>& node, int lane, std::vector<FixedComponent>& components,
+                                        std::vector<FixedNormal<Dim>>& normals) const {
+  int condition_of[Dim];
+  std::fill_n(condition_of, Dim, -1);
+  std::vector<Vec<Dim>> oblique;
+  for (std::size_t c = 0; c < specs_.size(); ++c) {
+    if (!holds_at(c, grid, node)) continue;
+    const BoundarySpec& spec = specs_[c];
+    const int condition = static_cast<int>(c);
+    if (spec.kind != BoundaryKind::slip) {
+      for (int d = 0; d < Dim; ++d) {
+        const bool is_held = spec.components.empty() ||
+                             std::find(spec.components.begin(), spec.components.end(), std::string(1, "xyz"[d])) != spec.components.end();
+        if (is_held) condition_of[d] = condition;
+      }
+    } else if (spec.region == nullptr) {
+      condition_of[side_of(spec.side).axis] = condition;
+    } else {
+      for (const Vec3& normal : spec.region->normals(widened<Dim>(grid.node_position(node)), Dim)) {
+        const int axis = axis_of<Dim>(normal);
+        Vec<Dim> n;
+        std::copy_n(normal.begin(), Dim, n.begin());
+        if (axis >= 0) condition_of[axis] = condition;
+        else if (dot<Dim>(n, n) > 0) oblique.push_back(n);
+      }
+    }
+  }
+  for (int d = 0; d < Dim; ++d) {
+    if (condition_of[d] >= 0) components.push_back({lane, d, condition_of[d]});
+  }
+  append_normals<Dim>(oblique, condition_of, lane, normals);
+}
+
+template <int Dim, class R>
+std::vector<Vec<Dim>> BoundaryConditions<Dim, R>::velocities(Real t) const {
+  std::vector<Vec<Dim>> all(specs_.size(), Vec<Dim>{});
+  for (std::size_t c = 0; c < specs_.size(); ++c) {
+    const BoundarySpec& spec = specs_[c];
+    if (spec.kind != BoundaryKind::velocity) continue;
+    if (spec.times.empty()) {
+      std::copy_n(spec.velocity.begin(), Dim, all[c].begin());
+      continue;
+    }
+    // Linear between the times of the table, constant before the first and after the last.
+    const auto after = std::upper_bound(spec.times.begin(), spec.times.end(), t);
+    const std::size_t k = static_cast<std::size_t>(after - spec.times.begin());
+    const Vec3& upper = spec.velocities[std::min(k, spec.times.size() - 1)];
+    const Vec3& lower = spec.velocities[k == 0 ? 0 : k - 1];
+    const bool is_between = k > 0 && k < spec.times.size();
+    const Real share = is_between ? (t - spec.times[k - 1]) / (spec.times[k] - spec.times[k - 1]) : 0;
+    for (std::size_t d = 0; d < Dim; ++d) all[c][d] = lower[d] + share * (upper[d] - lower[d]);
+  }
+  return all;
+}
+
+template <int Dim, class R>
+void BoundaryConditions<Dim, R>::constrain(Tile<Dim, R>& tile, const NodalDynamics<Dim>& dynamics, const std::vector<Vec<Dim>>& values, Real dt,
+                                           Ledger& ledger) const {
+  NodeValues<Dim, R>& nodes = tile.values;
+  for (const FixedComponent& fixed : tile.components) {
+    const auto d = static_cast<std::size_t>(fixed.component);
+    const Real value = values[static_cast<std::size_t>(fixed.condition)][d];
+    const Real m = nodes.mass[fixed.lane];
+    if (m > 0 && m >= dynamics.mass_cutoff && tile.booked[fixed.lane] > 0) {
+      const Real p = nodes.momentum[d][fixed.lane];
       const Real damping_impulse = dt * dynamics.damping * p;
       ledger.damping_impulse[d] += damping_impulse;
-      ledger.damping_dissipation -= damping_impulse * motion[d];
+      ledger.damping_dissipation -= damping_impulse * nodes.velocity[d][fixed.lane];
       // FLIP particles miss dt (f + m g); the PIC share is given the momentum of the prescribed velocity instead of the node's own.
-      const Real impulse = (1 - dynamics.flip) * (m * value[d] - p) - dt * (mapped[1 + Dim + d] + m * dynamics.gravity[d]);
+      const Real impulse = (1 - dynamics.flip) * (m * value - p) - dt * (nodes.force[d][fixed.lane] + m * dynamics.gravity[d]);
       ledger.boundary_impulse[d] += impulse;
-      ledger.boundary_work += impulse * value[d];
+      ledger.boundary_work += impulse * value;
     }
-    motion[d] = value[d];
-    motion[Dim + d] = 0;
+    nodes.velocity[d][fixed.lane] = static_cast<R>(value);
+    nodes.second[d][fixed.lane] = 0;
   }
+  constrain_normals(tile, dynamics, dt, ledger);
 }
 
-template <int Dim>
-void BoundaryConditions<Dim>::constrain_normals(Grid<Dim>& grid, const NodalDynamics<Dim>& dynamics, Real dt, Ledger& ledger) const {
-  for (const Normal& constraint : normals_) {
-    if (!grid.is_row_active(constraint.node)) continue;
-    const Real* const mapped = grid.mapped(constraint.node);
-    Real* const motion = grid.motion(constraint.node);
-    const Real m = mapped[0];
+template <int Dim, class R>
+void BoundaryConditions<Dim, R>::constrain_normals(Tile<Dim, R>& tile, const NodalDynamics<Dim>& dynamics, Real dt, Ledger& ledger) const {
+  NodeValues<Dim, R>& nodes = tile.values;
+  for (const FixedNormal<Dim>& fixed : tile.normals) {
+    const Real m = nodes.mass[fixed.lane];
     Real v_n = 0;
     Real a_n = 0;
     Real p_n = 0;
     for (std::size_t d = 0; d < Dim; ++d) {
-      v_n += constraint.n[d] * motion[d];
-      a_n += constraint.n[d] * motion[Dim + d];
-      p_n += constraint.n[d] * mapped[1 + d];
+      v_n += fixed.n[d] * nodes.velocity[d][fixed.lane];
+      a_n += fixed.n[d] * nodes.second[d][fixed.lane];
+      p_n += fixed.n[d] * nodes.momentum[d][fixed.lane];
     }
-    if (m > 0 && m >= dynamics.mass_cutoff && !grid.is_periodic_twin(constraint.node)) {
+    if (m > 0 && m >= dynamics.mass_cutoff && tile.booked[fixed.lane] > 0) {
       const Real damping_impulse = dt * dynamics.damping * p_n;
       ledger.damping_dissipation -= damping_impulse * v_n;
       // What the particles get less of: m a dt by FLIP, m v by PIC. The surface is at rest, so its impulse does no work.
       const Real impulse = -m * (dynamics.flip * dt * a_n + (1 - dynamics.flip) * v_n);
       for (std::size_t d = 0; d < Dim; ++d) {
-        ledger.damping_impulse[d] += damping_impulse * constraint.n[d];
-        ledger.boundary_impulse[d] += impulse * constraint.correction[d] - damping_impulse * constraint.n[d];
+        ledger.damping_impulse[d] += damping_impulse * fixed.n[d];
+        ledger.boundary_impulse[d] += impulse * fixed.correction[d] - damping_impulse * fixed.n[d];
       }
     }
     for (std::size_t d = 0; d < Dim; ++d) {
-      motion[d] -= v_n * constraint.correction[d];
-      motion[Dim + d] -= a_n * constraint.correction[d];
+      nodes.velocity[d][fixed.lane] -= static_cast<R>(v_n * fixed.correction[d]);
+      nodes.second[d][fixed.lane] -= static_cast<R>(a_n * fixed.correction[d]);
     }
   }
 }
 
-template <int Dim>
-void BoundaryConditions<Dim>::constrain_velocity(Grid<Dim>& grid, Real t) const {
-  int condition = -1;
-  Vec<Dim> value{};
-  for (const Component& constraint : components_) {
-    if (!grid.is_row_active(constraint.node)) continue;
-    if (constraint.condition != condition) value = velocity(condition = constraint.condition, t);
-    grid.motion(constraint.node)[constraint.component] = value[static_cast<std::size_t>(constraint.component)];
+template <int Dim, class R>
+void BoundaryConditions<Dim, R>::constrain_second(Tile<Dim, R>& tile, const std::vector<Vec<Dim>>& values) const {
+  NodeValues<Dim, R>& nodes = tile.values;
+  for (const FixedComponent& fixed : tile.components) {
+    const auto d = static_cast<std::size_t>(fixed.component);
+    nodes.second[d][fixed.lane] = static_cast<R>(values[static_cast<std::size_t>(fixed.condition)][d]);
   }
-  for (const Normal& constraint : normals_) {
-    if (!grid.is_row_active(constraint.node)) continue;
-    Real* const motion = grid.motion(constraint.node);
+  for (const FixedNormal<Dim>& fixed : tile.normals) {
     Real v_n = 0;
-    for (std::size_t d = 0; d < Dim; ++d) v_n += constraint.n[d] * motion[d];
-    for (std::size_t d = 0; d < Dim; ++d) motion[d] -= v_n * constraint.correction[d];
+    for (std::size_t d = 0; d < Dim; ++d) v_n += fixed.n[d] * nodes.second[d][fixed.lane];
+    for (std::size_t d = 0; d < Dim; ++d) nodes.second[d][fixed.lane] -= static_cast<R>(v_n * fixed.correction[d]);
   }
 }
 
-template <int Dim>
-Real BoundaryConditions<Dim>::greatest_speed() const {
+template <int Dim, class R>
+Real BoundaryConditions<Dim, R>::greatest_speed() const {
   Real greatest = 0;
   for (const BoundarySpec& spec : specs_) {
     for (Real v : spec.velocity) greatest = std::max(greatest, std::abs(v));
@@ -235,7 +255,9 @@ Real BoundaryConditions<Dim>::greatest_speed() const {
   return greatest;
 }
 
-template class BoundaryConditions<2>;
-template class BoundaryConditions<3>;
+template class BoundaryConditions<2, double>;
+template class BoundaryConditions<3, double>;
+template class BoundaryConditions<2, float>;
+template class BoundaryConditions<3, float>;
 
 }  // namespace matpoint

@@ -4,62 +4,41 @@
 // their momentum near a wall; the other form, a = (value - v_old)/dt, gives other numbers than the published ones.
 #pragma once
 
-#include <map>
 #include <vector>
 
 #include "grid/grid.hpp"
 
 namespace matpoint {
 
-template <int Dim>
+template <int Dim, class R>
 class BoundaryConditions {
  public:
-  /// Finds the nodes of all conditions. Where two of them fix the same component of a node, the later one holds.
-  /// Throws InputError for a region that contains no node.
-  BoundaryConditions(const std::vector<BoundarySpec>& specs, const Grid<Dim>& grid);
+  /// Throws InputError for a region that contains no node of the grid.
+  BoundaryConditions(const std::vector<BoundarySpec>& specs, const Grid<Dim, R>& grid);
 
-  /// Imposes the velocities of time t [s] after the momentum equation, books impulse and work, and takes the damping of the
-  /// constrained directions out of the books again.
-  void constrain(Grid<Dim>& grid, const NodalDynamics<Dim>& dynamics, Real t, Real dt, Ledger& ledger) const;
+  /// What is fixed at a node, for its tile. Where two conditions fix the same component, the later one holds.
+  void append(const Grid<Dim, R>& grid, const Place<Dim>& node, int lane, std::vector<FixedComponent>& components,
+              std::vector<FixedNormal<Dim>>& normals) const;
 
-  /// Imposes the velocities of time t [s] only (USF, second mapping of MUSL).
-  void constrain_velocity(Grid<Dim>& grid, Real t) const;
+  /// The velocity of each condition at time t [s].
+  std::vector<Vec<Dim>> velocities(Real t) const;
 
-  /// Constrained directions, summed over the nodes.
-  Index constrained_count() const { return static_cast<Index>(components_.size() + normals_.size()); }
+  /// Imposes the velocities after the momentum equation, books impulse and work, and takes the damping of the fixed directions out of
+  /// the books again.
+  void constrain(Tile<Dim, R>& tile, const NodalDynamics<Dim>& dynamics, const std::vector<Vec<Dim>>& values, Real dt, Ledger& ledger) const;
+
+  /// Imposes the velocities on `second` only (USF, second mapping of MUSL).
+  void constrain_second(Tile<Dim, R>& tile, const std::vector<Vec<Dim>>& values) const;
+
   /// Greatest prescribed speed [m/s].
   Real greatest_speed() const;
 
  private:
-  /// One component of a node.
-  struct Component {
-    Index node;
-    int component;
-    int condition;
-  };
-  /// A direction of a node that is along no axis: n . v = 0, brought about by moving v along `correction`, which leaves the node's
-  /// constrained components alone; correction . n = 1.
-  struct Normal {
-    Index node;
-    Vec<Dim> n;
-    Vec<Dim> correction;
-  };
-  /// What is fixed at one node while the conditions are collected.
-  struct NodeDirections {
-    int condition_of[Dim];  ///< Per component, or -1.
-    std::vector<Vec<Dim>> normals;
-  };
-  using Directions = std::map<Index, NodeDirections>;
-
-  bool add_nodes(const Grid<Dim>& grid, int condition, Directions& directions) const;
-  void add_normals(Index node, NodeDirections& directions);
-  Vec<Dim> velocity(int condition, Real t) const;
-  void constrain_components(Grid<Dim>& grid, const NodalDynamics<Dim>& dynamics, Real t, Real dt, Ledger& ledger) const;
-  void constrain_normals(Grid<Dim>& grid, const NodalDynamics<Dim>& dynamics, Real dt, Ledger& ledger) const;
+  bool holds_at(std::size_t condition, const Grid<Dim, R>& grid, const Place<Dim>& node) const;
+  bool has_node(std::size_t condition, const Grid<Dim, R>& grid) const;
+  void constrain_normals(Tile<Dim, R>& tile, const NodalDynamics<Dim>& dynamics, Real dt, Ledger& ledger) const;
 
   std::vector<BoundarySpec> specs_;
-  std::vector<Component> components_;
-  std::vector<Normal> normals_;
 };
 
 }  // namespace matpoint

@@ -1,174 +1,269 @@
 #include "grid/grid.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 #include "core/parallel.hpp"
+#include "grid/boundary_condition.hpp"
 
 namespace matpoint {
+namespace {
 
-template <int Dim>
-Grid<Dim>::Grid(const GridSpec& spec) {
-  Index stride = 1;
+// Thick bands share few rows with their neighbours, many bands keep all threads busy to the end.
+constexpr int k_bands_wanted = 64;
+constexpr int k_band_rows_max = 16;
+
+}  // namespace
+
+template <int Dim, class R>
+Grid<Dim, R>::Grid(const GridSpec& spec) {
   for (int d = 0; d < Dim; ++d) {
     const auto s = static_cast<std::size_t>(d);
-    view_.lower[d] = spec.lower[s];
-    view_.upper[d] = spec.upper[s];
-    view_.cells[d] = spec.cells[s];
-    view_.cell_size[d] = (spec.upper[s] - spec.lower[s]) / spec.cells[s];
-    view_.inverse_cell_size[d] = 1 / view_.cell_size[d];
+    lower_[d] = spec.lower[s];
+    upper_[d] = spec.upper[s];
+    cells_[d] = spec.cells[s];
+    cell_size_[d] = (spec.upper[s] - spec.lower[s]) / spec.cells[s];
     const std::string axis(1, "xyz"[d]);
-    view_.is_periodic[d] = std::find(spec.periodic.begin(), spec.periodic.end(), axis) != spec.periodic.end();
-    has_periodic_ = has_periodic_ || view_.is_periodic[d];
-    view_.stride[d] = stride;
-    row_size_ = stride;
-    stride *= spec.cells[s] + 1;
+    is_periodic_[d] = std::find(spec.periodic.begin(), spec.periodic.end(), axis) != spec.periodic.end();
+    has_periodic_ = has_periodic_ || is_periodic_[d];
   }
-  node_count_ = stride;
-  row_count_ = node_count_ / row_size_;
-  mapped_.assign(static_cast<std::size_t>(node_count_ * k_mapped_width), 0);
-  motion_.assign(static_cast<std::size_t>(node_count_ * k_motion_width<Dim>), 0);
-  is_row_active_.assign(static_cast<std::size_t>(row_count_), 0);
-  view_.mapped = mapped_.data();
-  view_.motion = motion_.data();
+  const int rows = cells_[Dim - 1];
+  band_rows_ = std::clamp(rows / k_bands_wanted, 1, k_band_rows_max);
+  bands_.resize(static_cast<std::size_t>((rows + band_rows_ - 1) / band_rows_));
 }
 
-template <int Dim>
-GridGeometry Grid<Dim>::geometry() const {
+template <int Dim, class R>
+GridGeometry Grid<Dim, R>::geometry() const {
   GridGeometry geometry;
   for (int d = 0; d < Dim; ++d) {
     const auto s = static_cast<std::size_t>(d);
-    geometry.lower[s] = view_.lower[d];
-    geometry.cell_size[s] = view_.cell_size[d];
+    geometry.lower[s] = lower_[d];
+    geometry.cell_size[s] = cell_size_[d];
     geometry.nodes[s] = nodes(d);
   }
   return geometry;
 }
 
-template <int Dim>
-Vec<Dim> Grid<Dim>::node_position(Index node) const {
+template <int Dim, class R>
+Index Grid<Dim, R>::node_count() const {
+  Index count = 1;
+  for (int d = 0; d < Dim; ++d) count *= nodes(d);
+  return count;
+}
+
+template <int Dim, class R>
+Vec<Dim> Grid<Dim, R>::node_position(const Place<Dim>& node) const {
   Vec<Dim> position;
-  for (int d = Dim - 1; d >= 0; --d) {
-    const Index i = node / view_.stride[d];
-    node -= i * view_.stride[d];
+  for (int d = 0; d < Dim; ++d) {
+    const auto s = static_cast<std::size_t>(d);
     // The far side exactly, so that `side = "top"` and a region that ends there mean the same nodes.
-    position[static_cast<std::size_t>(d)] =
-        i == view_.cells[d] ? view_.upper[d] : view_.lower[d] + static_cast<Real>(i) * view_.cell_size[d];
+    position[s] = node[s] == cells_[d] ? upper_[d] : lower_[d] + node[s] * cell_size_[d];
   }
   return position;
 }
 
-template <int Dim>
+template <int Dim, class R>
+Index Grid<Dim, R>::key_of(const Place<Dim>& node) const {
+  Index key = 0;
+  for (int d = Dim - 1; d >= 0; --d) key = key * (nodes(d) + 2 * k_lanes<R>) + node[static_cast<std::size_t>(d)];
+  return key;
+}
+
+template <int Dim, class R>
+void Grid<Dim, R>::set_up(TileType& tile, const Place<Dim>& node) const {
+  tile.values = NodeValues<Dim, R>{};
+  tile.first = node;
+  tile.key = key_of(node);
+  tile.user_count = 0;
+  tile.components.clear();
+  tile.normals.clear();
+  tile.is_at_periodic_side = false;
+  for (int lane = 0; lane < k_lanes<R>; ++lane) {
+    Place<Dim> here = node;
+    here[0] += lane;
+    tile.booked[lane] = 1;
+    for (int d = 0; d < Dim; ++d) {
+      const int i = here[static_cast<std::size_t>(d)];
+      if (!is_periodic_[d] || (i != 0 && i != cells_[d])) continue;
+      tile.is_at_periodic_side = true;
+      if (i == cells_[d]) tile.booked[lane] = 0;
+    }
+    if (here[0] < nodes(0) && conditions_ != nullptr) conditions_->append(*this, here, lane, tile.components, tile.normals);
+  }
+}
+
+template <int Dim, class R>
+Tile<Dim, R>* Grid<Dim, R>::acquire(const Place<Dim>& node) {
+  Band& band = bands_[static_cast<std::size_t>(band_of_node_row(node[Dim - 1]))];
+  TileType*& tile = band.by_key[key_of(node)];
+  if (tile == nullptr) {
+    if (band.unused.empty()) {
+      tile = &band.storage.emplace_back();
+    } else {
+      tile = band.unused.back();
+      band.unused.pop_back();
+    }
+    set_up(*tile, node);
+    band.tiles.push_back(tile);
+    TileType* const made = tile;  // the map may move when twins are made
+    ++made->user_count;
+    // The tiles on the other side of a periodic direction are needed as long as this one, so for good.
+    for (int d = 0; d < Dim && made->is_at_periodic_side; ++d) {
+      if (!is_periodic_[d]) continue;
+      const auto s = static_cast<std::size_t>(d);
+      Place<Dim> twin = node;
+      const int far = d == 0 ? cells_[0] / k_lanes<R> * k_lanes<R> : cells_[d];
+      if (node[s] == 0) twin[s] = far;
+      else if (node[s] == far) twin[s] = 0;
+      else continue;
+      ++made->user_count;
+      if (find(twin) == nullptr) acquire(twin);
+    }
+    return made;
+  }
+  ++tile->user_count;
+  return tile;
+}
+
+template <int Dim, class R>
+void Grid<Dim, R>::release(TileType* tile) {
+  if (--tile->user_count > 0) return;
+  Band& band = bands_[static_cast<std::size_t>(band_of_node_row(tile->first[Dim - 1]))];
+  band.by_key.erase(tile->key);
+  band.tiles.erase(std::find(band.tiles.begin(), band.tiles.end(), tile));
+  band.unused.push_back(tile);
+}
+
+template <int Dim, class R>
+Tile<Dim, R>* Grid<Dim, R>::find(const Place<Dim>& node) const {
+  const Band& band = bands_[static_cast<std::size_t>(band_of_node_row(node[Dim - 1]))];
+  const auto found = band.by_key.find(key_of(node));
+  return found == band.by_key.end() ? nullptr : found->second;
+}
+
+template <int Dim, class R>
 template <class F>
-void Grid<Dim>::for_each_active_row(F&& f) {
-  parallel_for(row_count_, node_count_, [&](Index row) {
-    if (is_row_active_[static_cast<std::size_t>(row)]) f(row);
-  });
+void Grid<Dim, R>::for_each_band(F&& f) {
+  Index work = 0;
+  for (const Band& band : bands_) work += static_cast<Index>(band.tiles.size()) * k_lanes<R>;
+  parallel_for(band_count(), work, [&](Index b) { f(static_cast<std::size_t>(b)); });
 }
 
-template <int Dim>
-bool Grid<Dim>::is_periodic_twin(Index node) const {
-  if (!has_periodic_) return false;
-  for (int d = 0; d < Dim; ++d) {
-    if (view_.is_periodic[d] && (node / view_.stride[d]) % nodes(d) == view_.cells[d]) return true;
-  }
-  return false;
-}
-
-template <int Dim>
-void Grid<Dim>::clear(const std::vector<char>& is_band_occupied) {
-  std::fill(is_row_active_.begin(), is_row_active_.end(), char{0});
-  for (std::size_t band = 0; band < is_band_occupied.size(); ++band) {
-    if (is_band_occupied[band]) is_row_active_[band] = is_row_active_[band + 1] = 1;
-  }
-  if (view_.is_periodic[Dim - 1]) {
-    is_row_active_.front() = is_row_active_.back() = static_cast<char>(is_row_active_.front() | is_row_active_.back());
-  }
-  for_each_active_row([&](Index row) {
-    Real* const first = mapped(row * row_size_);
-    std::fill(first, first + row_size_ * k_mapped_width, Real{0});
-  });
-}
-
-template <int Dim>
-void Grid<Dim>::fold_periodic() {
+template <int Dim, class R>
+void Grid<Dim, R>::fold_periodic(Fold what) {
   if (!has_periodic_) return;
   // The two ends of a periodic direction are one node: both get the sum, and everything after treats them alike.
+  const auto fold = [](R* a, R* b) { *a = *b = *a + *b; };
   for (int d = 0; d < Dim; ++d) {
-    if (!view_.is_periodic[d]) continue;
-    const Index span = view_.stride[d] * view_.cells[d];
-    for (Index node = 0; node + span < node_count_; ++node) {
-      if ((node / view_.stride[d]) % nodes(d) != 0 || !is_row_active(node)) continue;
-      Real* const a = mapped(node);
-      Real* const b = mapped(node + span);
-      for (int k = 0; k < k_mapped_width; ++k) a[k] = b[k] = a[k] + b[k];
+    if (!is_periodic_[d]) continue;
+    const auto s = static_cast<std::size_t>(d);
+    for (Band& band : bands_) {
+      for (TileType* tile : band.tiles) {
+        if (!tile->is_at_periodic_side || tile->first[s] != 0) continue;
+        Place<Dim> place = tile->first;
+        place[s] = d == 0 ? cells_[0] / k_lanes<R> * k_lanes<R> : cells_[d];
+        TileType* const twin = find(place);
+        const int first = 0;
+        const int last = d == 0 ? 1 : k_lanes<R>;
+        const int shift = d == 0 ? cells_[0] % k_lanes<R> : 0;
+        for (int lane = first; lane < last; ++lane) {
+          if (what == Fold::all) fold(&tile->values.mass[lane], &twin->values.mass[lane + shift]);
+          for (int c = 0; c < Dim; ++c) {
+            if (what != Fold::force) fold(&tile->values.momentum[c][lane], &twin->values.momentum[c][lane + shift]);
+            if (what != Fold::momentum) fold(&tile->values.force[c][lane], &twin->values.force[c][lane + shift]);
+          }
+        }
+      }
     }
   }
 }
 
-template <int Dim>
-void Grid<Dim>::compute_velocity(const NodalDynamics<Dim>& dynamics) {
-  for_each_active_row([&](Index row) {
-    for (Index node = row * row_size_; node < (row + 1) * row_size_; ++node) {
-      const Real* const in = mapped(node);
-      Real* const out = motion(node);
-      const bool is_active = in[0] > 0 && in[0] >= dynamics.mass_cutoff;
-      const Real inverse_mass = is_active ? 1 / in[0] : 0;
-      for (int d = 0; d < Dim; ++d) {
-        out[d] = in[1 + d] * inverse_mass;
-        out[Dim + d] = 0;
-      }
+template <int Dim, class R>
+void Grid<Dim, R>::advance(const KernelTable<Dim, R>& kernels, const NodalDynamics<Dim>& dynamics, Real t, Real dt, Clear clear,
+                           Ledger& ledger) {
+  std::vector<NodalSums<Dim>> sums(bands_.size());
+  std::vector<Ledger> books(bands_.size());
+  const std::vector<Vec<Dim>> values = conditions_->velocities(t + dt);
+  for_each_band([&](std::size_t b) {
+    for (TileType* tile : bands_[b].tiles) {
+      kernels.advance(tile->values, dynamics, dt, tile->booked, sums[b]);
+      if (!tile->components.empty() || !tile->normals.empty()) conditions_->constrain(*tile, dynamics, values, dt, books[b]);
+      if (clear == Clear::all) std::memset(tile->values.mass, 0, sizeof tile->values.mass);
+      std::memset(tile->values.momentum, 0, sizeof tile->values.momentum);
+      std::memset(tile->values.force, 0, sizeof tile->values.force);
     }
   });
-}
-
-template <int Dim>
-void Grid<Dim>::advance_velocity(const NodalDynamics<Dim>& dynamics, Real dt, Ledger& ledger) {
-  // Sums per row, added in the order of the rows: the same bits for any number of threads. Periodic twins count once.
-  struct RowSums {
-    Real damping_dissipation = 0;
-    Vec<Dim> damping_impulse{};
-    Vec<Dim> cutoff_impulse{};
-  };
-  std::vector<RowSums> sums(static_cast<std::size_t>(row_count_));
-  for_each_active_row([&](Index row) {
-    RowSums& sum = sums[static_cast<std::size_t>(row)];
-    for (Index node = row * row_size_; node < (row + 1) * row_size_; ++node) {
-      const Real* const in = mapped(node);
-      Real* const out = motion(node);
-      const Real m = in[0];
-      const Real booked = is_periodic_twin(node) ? 0 : 1;
-      if (m > 0 && m >= dynamics.mass_cutoff) {
-        const Real inverse_mass = 1 / m;
-        for (int d = 0; d < Dim; ++d) {
-          const auto s = static_cast<std::size_t>(d);
-          const Real p = in[1 + d];
-          const Real a = (in[1 + Dim + d] - dynamics.damping * p) * inverse_mass + dynamics.gravity[s];
-          out[d] = p * inverse_mass + a * dt;
-          out[Dim + d] = a;
-          const Real impulse = booked * dt * dynamics.damping * p;
-          sum.damping_impulse[s] -= impulse;
-          sum.damping_dissipation += impulse * out[d];
-        }
-      } else {
-        for (int d = 0; d < Dim; ++d) {
-          const auto s = static_cast<std::size_t>(d);
-          out[d] = out[Dim + d] = 0;
-          // What the node holds back: the FLIP share would have gained a dt, the PIC share loses the node's momentum, too.
-          sum.cutoff_impulse[s] -= booked * (dt * (in[1 + Dim + d] + m * dynamics.gravity[s]) + (1 - dynamics.flip) * in[1 + d]);
-        }
-      }
-    }
-  });
-  for (const RowSums& sum : sums) {
-    ledger.damping_dissipation += sum.damping_dissipation;
+  // In the order of the bands: the same bits for any number of threads.
+  for (std::size_t b = 0; b < bands_.size(); ++b) {
+    ledger.damping_dissipation += sums[b].damping_dissipation + books[b].damping_dissipation;
+    ledger.boundary_work += books[b].boundary_work;
     for (std::size_t d = 0; d < Dim; ++d) {
-      ledger.damping_impulse[d] += sum.damping_impulse[d];
-      ledger.cutoff_impulse[d] += sum.cutoff_impulse[d];
+      ledger.damping_impulse[d] += sums[b].damping_impulse[d] + books[b].damping_impulse[d];
+      ledger.cutoff_impulse[d] += sums[b].cutoff_impulse[d];
+      ledger.boundary_impulse[d] += books[b].boundary_impulse[d];
     }
   }
 }
 
-template class Grid<2>;
-template class Grid<3>;
+template <int Dim, class R>
+void Grid<Dim, R>::map_velocity(const KernelTable<Dim, R>& kernels, const NodalDynamics<Dim>& dynamics, Real t, ClearMapped clear) {
+  const std::vector<Vec<Dim>> values = conditions_->velocities(t);
+  for_each_band([&](std::size_t b) {
+    for (TileType* tile : bands_[b].tiles) {
+      kernels.map_velocity(tile->values, dynamics);
+      if (!tile->components.empty() || !tile->normals.empty()) conditions_->constrain_second(*tile, values);
+      if (clear == ClearMapped::nothing) continue;
+      std::memset(tile->values.mass, 0, sizeof tile->values.mass);
+      std::memset(tile->values.momentum, 0, sizeof tile->values.momentum);
+      std::memset(tile->values.force, 0, sizeof tile->values.force);
+    }
+  });
+}
+
+template <int Dim, class R>
+void Grid<Dim, R>::clear() {
+  for_each_band([&](std::size_t b) {
+    for (TileType* tile : bands_[b].tiles) tile->values = NodeValues<Dim, R>{};
+  });
+}
+
+template <int Dim, class R>
+std::vector<Field> Grid<Dim, R>::fields() const {
+  const auto count = static_cast<std::size_t>(node_count());
+  Field mass{"mass", "kg", 1, std::vector<Real>(count, 0)};
+  Field velocity{"velocity", "m/s", Dim, std::vector<Real>(count * Dim, 0)};
+  for (const Band& band : bands_) {
+    for (const TileType* tile : band.tiles) {
+      std::size_t node = 0;
+      for (int d = Dim - 1; d >= 0; --d) node = node * static_cast<std::size_t>(nodes(d)) + static_cast<std::size_t>(tile->first[static_cast<std::size_t>(d)]);
+      for (int lane = 0; lane < k_lanes<R> && tile->first[0] + lane < nodes(0); ++lane, ++node) {
+        const Real m = static_cast<Real>(tile->values.mass[lane]);
+        mass.values[node] = m;
+        for (std::size_t d = 0; d < Dim; ++d) velocity.values[node * Dim + d] = m > 0 ? static_cast<Real>(tile->values.momentum[d][lane]) / m : 0;
+      }
+    }
+  }
+  return {mass, velocity};
+}
+
+template <int Dim, class R>
+Index Grid<Dim, R>::tile_count() const {
+  Index count = 0;
+  for (const Band& band : bands_) count += static_cast<Index>(band.tiles.size());
+  return count;
+}
+
+template <int Dim, class R>
+Index Grid<Dim, R>::memory() const {
+  Index tiles = 0;
+  for (const Band& band : bands_) tiles += static_cast<Index>(band.storage.size());
+  // A tile, its two places in lists, and its entry in the map with a link and a hash.
+  return tiles * static_cast<Index>(sizeof(TileType) + 2 * sizeof(void*) + 5 * sizeof(void*)) + static_cast<Index>(bands_.size() * sizeof(Band));
+}
+
+template class Grid<2, double>;
+template class Grid<3, double>;
+template class Grid<2, float>;
+template class Grid<3, float>;
 
 }  // namespace matpoint

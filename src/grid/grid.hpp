@@ -1,75 +1,127 @@
-// The background grid: scratch space of one step. Nothing on it outlives the step (decision 4 of docs/architecture.md).
+// The background grid: scratch space of one step, sparse. Nothing on it outlives the step (decision 4 of docs/architecture.md).
+//
+// Nodes come in tiles, runs of `k_lanes` nodes along x; a tile exists while a particle may touch it, so memory and time follow the
+// material and not the box. Cells along the last axis are cut into bands, by the grid and never by the number of threads. A band owns its
+// rows of cells and the nodes at their lower side, so work on it touches its own tiles and the first row of the next band's: all even
+// bands can be worked side by side, then all odd ones, and every node gets its sums in one order.
 #pragma once
 
+#include <deque>
+#include <unordered_map>
 #include <vector>
 
 #include "case/case.hpp"
+#include "kernel/kernel.hpp"
 #include "solver/solver.hpp"
-#include "transfer/views.hpp"
 
 namespace matpoint {
 
-/// Parameters of the momentum equation on the nodes.
+template <int Dim, class R>
+class BoundaryConditions;
+
+/// Whole cells or nodes: one number per direction.
 template <int Dim>
-struct NodalDynamics {
-  Vec<Dim> gravity{};   ///< [m/s^2]
-  Real damping = 0;     ///< alpha in f_d = alpha m v [1/s]; Li et al. (2018)
-  Real mass_cutoff = 0; ///< Nodes with less mass [kg] do not move.
-  Real flip = 1;        ///< The particles' FLIP share, for the books of impulse.
+using Place = std::array<int, Dim>;
+
+/// A fixed component of a node in a tile.
+struct FixedComponent {
+  int lane;
+  int component;
+  int condition;
+};
+/// A direction of a node that is along no axis: n . v = 0, brought about by moving v along `correction`, which leaves the node's fixed
+/// components alone; correction . n = 1.
+template <int Dim>
+struct FixedNormal {
+  int lane;
+  Vec<Dim> n;
+  Vec<Dim> correction;
 };
 
-template <int Dim>
+template <int Dim, class R>
+struct Tile {
+  NodeValues<Dim, R> values{};
+  Place<Dim> first{};  ///< The first node.
+  Index key = 0;
+  int user_count = 0;  ///< Blocks that touch it.
+  bool is_at_periodic_side = false;
+  std::vector<FixedComponent> components;
+  std::vector<FixedNormal<Dim>> normals;
+  alignas(64) R booked[k_lanes<R>];  ///< 0 for the far image of a node on a periodic side, which is left out of all sums.
+};
+
+template <int Dim, class R>
 class Grid {
  public:
+  using TileType = Tile<Dim, R>;
+
   explicit Grid(const GridSpec& spec);
 
-  const GridView<Dim>& view() const { return view_; }
-  GridGeometry geometry() const;
-  Index node_count() const { return node_count_; }
-  Index memory() const { return static_cast<Index>((mapped_.size() + motion_.size()) * sizeof(Real)); }
-  /// Bands are rows (2D) or planes (3D) of cells along the last axis: the pieces that P2G works in parallel.
-  int band_count() const { return view_.cells[Dim - 1]; }
-  /// The band of a particle at coordinate x [m] along the last axis.
-  int band_of(Real x) const {
-    Real xi;
-    return locate_in_cell<Dim>(view_, Dim - 1, x, xi);
-  }
-  Vec<Dim> node_position(Index node) const;
-  /// Number of nodes in each direction.
-  int nodes(int d) const { return view_.cells[d] + 1; }
+  /// Conditions for tiles that are made from now on; they must outlive the grid. To be called before any tile exists.
+  void set_boundary_conditions(const BoundaryConditions<Dim, R>* conditions) { conditions_ = conditions; }
 
-  /// Clears the rows of nodes that the bands marked as occupied touch; the others are not visited in this step.
-  void clear(const std::vector<char>& is_band_occupied);
+  GridGeometry geometry() const;
+  Real lower(int d) const { return lower_[d]; }
+  Real upper(int d) const { return upper_[d]; }
+  Real cell_size(int d) const { return cell_size_[d]; }
+  int cells(int d) const { return cells_[d]; }
+  int nodes(int d) const { return cells_[d] + 1; }
+  bool is_periodic(int d) const { return is_periodic_[d]; }
+  bool has_periodic() const { return has_periodic_; }
+  Index node_count() const;
+  Vec<Dim> node_position(const Place<Dim>& node) const;
+
+  int band_count() const { return static_cast<int>(bands_.size()); }
+  /// The band of a cell that is at `row` along the last axis.
+  int band_of(int row) const { return row / band_rows_; }
+
+  /// The tile with the node, made if need be, with one user more; `node[0]` is a multiple of `k_lanes`. Only the threads that work
+  /// the node's band, or the band before it while that is idle, may call this.
+  TileType* acquire(const Place<Dim>& node);
+  void release(TileType* tile);
 
   /// Adds what periodic sides share; call after all bodies are mapped.
-  void fold_periodic();
+  enum class Fold { all, momentum, force };
+  void fold_periodic(Fold what);
+  /// The momentum equation and the boundary conditions of t + dt, then clears what the next mapping sums (mass too, or only momentum
+  /// and force when the mass is needed for a second mapping).
+  enum class Clear { all, momentum_and_force };
+  void advance(const KernelTable<Dim, R>& kernels, const NodalDynamics<Dim>& dynamics, Real t, Real dt, Clear clear, Ledger& ledger);
+  /// Velocities p/m with the boundary values of time t into `second`, then clears as said.
+  enum class ClearMapped { all, nothing };
+  void map_velocity(const KernelTable<Dim, R>& kernels, const NodalDynamics<Dim>& dynamics, Real t, ClearMapped clear);
+  /// Clears everything that is summed.
+  void clear();
 
-  /// v = p/m without forces (for the velocities of USF and the second mapping of MUSL).
-  void compute_velocity(const NodalDynamics<Dim>& dynamics);
-
-  /// a = (f - alpha p)/m + g, v = p/m + a dt. Books damping and what nodes under the cutoff do not pass on.
-  void advance_velocity(const NodalDynamics<Dim>& dynamics, Real dt, Ledger& ledger);
-
-  Real* mapped(Index node) { return mapped_.data() + node * k_mapped_width; }
-  const Real* mapped(Index node) const { return mapped_.data() + node * k_mapped_width; }
-  Real* motion(Index node) { return motion_.data() + node * k_motion_width<Dim>; }
-  const Real* motion(Index node) const { return motion_.data() + node * k_motion_width<Dim>; }
-  /// The far image of a node on a periodic side: it moves like its twin, and is left out of all sums.
-  bool is_periodic_twin(Index node) const;
-  bool is_row_active(Index node) const { return is_row_active_[static_cast<std::size_t>(node / row_size_)] != 0; }
+  /// Nodal mass, and velocity of what is mapped now, x fastest; 0 where no tile is.
+  std::vector<Field> fields() const;
+  Index tile_count() const;
+  Index memory() const;
 
  private:
-  template <class F>
-  void for_each_active_row(F&& f);
+  struct Band {
+    std::vector<TileType*> tiles;  ///< In the order in which they were made.
+    std::unordered_map<Index, TileType*> by_key;
+    std::deque<TileType> storage;
+    std::vector<TileType*> unused;
+  };
 
-  GridView<Dim> view_{};
-  Index node_count_ = 0;
-  Index row_size_ = 0;
-  Index row_count_ = 0;
-  std::vector<Real> mapped_;
-  std::vector<Real> motion_;
-  std::vector<char> is_row_active_;
+  Index key_of(const Place<Dim>& node) const;
+  int band_of_node_row(int row) const { return std::min(row / band_rows_, band_count() - 1); }
+  void set_up(TileType& tile, const Place<Dim>& node) const;
+  TileType* find(const Place<Dim>& node) const;
+  template <class F>
+  void for_each_band(F&& f);
+
+  Real lower_[Dim];
+  Real upper_[Dim];
+  Real cell_size_[Dim];
+  int cells_[Dim];
+  bool is_periodic_[Dim];
   bool has_periodic_ = false;
+  int band_rows_ = 1;
+  std::vector<Band> bands_;
+  const BoundaryConditions<Dim, R>* conditions_ = nullptr;
 };
 
 }  // namespace matpoint

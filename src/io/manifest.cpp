@@ -6,6 +6,7 @@
 
 #include "case/case_file.hpp"
 #include "core/version.hpp"
+#include "kernel/kernel.hpp"
 
 namespace matpoint {
 namespace {
@@ -26,20 +27,6 @@ Input profile_table(const Profile& profile) {
 }
 
 }  // namespace
-
-std::string instruction_set() {
-#if defined(__x86_64__)
-#ifndef MATPOINT_NO_MULTIVERSION
-  if (__builtin_cpu_supports("x86-64-v4")) return "x86-64-v4";
-  if (__builtin_cpu_supports("x86-64-v3")) return "x86-64-v3";
-#endif
-  return "x86-64";
-#elif defined(__aarch64__)
-  return "aarch64";
-#else
-  return "generic";
-#endif
-}
 
 std::string time_stamp() {
   const std::time_t now = std::time(nullptr);

@@ -5,9 +5,6 @@
 
 namespace matpoint {
 
-/// The instruction set that the kernels were compiled for or choose on this processor: "x86-64-v3", ...
-std::string instruction_set();
-
 /// Now, as "2025-01-31T12:00:00Z".
 std::string time_stamp();
 

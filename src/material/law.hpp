@@ -41,6 +41,37 @@ struct Kinematics {
 template <class T>
 struct NoHistory {};
 
+/// The law's history, or the empty one.
+template <class Law, class T>
+struct LawHistory {
+  using Type = NoHistory<T>;
+};
+template <class Law, class T>
+  requires requires { typename Law::template History<T>; }
+struct LawHistory<Law, T> {
+  using Type = typename Law::template History<T>;
+};
+
+/// Scalars per point in the law's history.
+template <class Law>
+constexpr int k_history_size = std::is_empty_v<typename LawHistory<Law, Real>::Type>
+                                   ? 0
+                                   : static_cast<int>(sizeof(typename LawHistory<Law, Real>::Type) / sizeof(Real));
+
+/// The law's stress whichever of the two forms it is written in.
+template <class Law, class M, class History>
+inline M kirchhoff_stress_of(const Law& law, const Kinematics<M>& k, const History& old_history, History& new_history) {
+  if constexpr (requires { law.kirchhoff_stress(k.F); }) {
+    return law.kirchhoff_stress(k.F);
+  } else {
+    return law.kirchhoff_stress(k, old_history, new_history);
+  }
+}
+
+/// Whether the stress depends on more than F: then a body stores it, as it cannot be computed from the state alone.
+template <class Law>
+constexpr bool k_is_rate_dependent = !requires(const Law& law, const Mat3<Real>& F) { law.kirchhoff_stress(F); };
+
 /// Parameters of isotropic elastic solids, and what follows from them.
 struct ElasticParameters {
   Real density = 0;          ///< [kg/m^3]

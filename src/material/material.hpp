@@ -1,5 +1,5 @@
 // A material is one constitutive law with its parameters. The law's author writes a pointwise function templated on its scalar
-// (law.hpp says how); this is its face at run time, called once per body or block of particles and never per particle.
+// (law.hpp says how); this is its face at run time. The solver does not call it per particle: it takes the law's kernel, once.
 #pragma once
 
 #include <memory>
@@ -9,33 +9,27 @@
 
 namespace matpoint {
 
-/// A run of material points of one body, as pointers into the storage of its fields: entry i of every array belongs to point i.
-/// Second-order tensors of F and L are dim x dim, row by row; the law completes them to 3x3 (plane strain in 2D: F33 = 1, L33 = 0).
-struct PointBlock {
-  Index count = 0;
-  Real dt = 0;                ///< Time step [s].
-  Real* F[9] = {};            ///< In: F_n. Out: F_n+1 = (I + L dt) F_n [1].
-  const Real* L[9] = {};      ///< Velocity gradient [1/s].
-  Real* tau[6] = {};          ///< Out: Kirchhoff stress J sigma [Pa]; xx yy zz xy (yz xz in 3D).
-  const Real* volume0 = {};   ///< Reference volume [m^3].
-  Real* const* history = {};  ///< The law's history, one array per scalar.
-  Real dissipated = 0;        ///< Out: viscous dissipation in this step, summed over the points [J].
-  Index first_inverted = -1;  ///< Out: the first point whose det F is not positive and finite, or -1.
-};
-
 class Material {
  public:
+  /// A 3 x 3 matrix, row by row.
+  using Matrix = std::array<Real, 9>;
+
   virtual ~Material() = default;
 
   virtual std::string type() const = 0;
-  virtual Real density() const = 0;  ///< Reference density [kg/m^3].
-  virtual Index history_size() const = 0;
+  virtual Real density() const = 0;       ///< Reference density [kg/m^3].
+  virtual int history_size() const = 0;   ///< Numbers per point that the law remembers.
+  /// Whether the stress depends on more than F.
+  virtual bool is_rate_dependent() const = 0;
 
-  /// F <- (I + L dt) F and the new stress and history, for points of a body in `dim` dimensions.
-  virtual void update(PointBlock& block, int dim) const = 0;
+  /// The law's place in AllLaws, for its kernel, and the law itself, for the kernel to read.
+  virtual int law_index() const = 0;
+  virtual const void* law_data() const = 0;
 
-  /// Energy stored per reference volume [J/m^3] at the deformation gradient F (3x3, row by row); 0 for a law without one.
-  virtual Real energy_density(const std::array<Real, 9>& F) const = 0;
+  /// Kirchhoff stress [Pa] at the deformation gradient F, at rest and without history.
+  virtual Matrix kirchhoff_stress(const Matrix& F) const = 0;
+  /// Energy stored per reference volume [J/m^3] at the deformation gradient F; 0 for a law without one.
+  virtual Real energy_density(const Matrix& F) const = 0;
 
   /// Speed of pressure waves [m/s] at volume ratio J [1], for the stable time step.
   virtual Real wave_speed(Real J) const = 0;

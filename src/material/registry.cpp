@@ -1,5 +1,4 @@
 #include "material/law_material.hpp"
-#include "material/laws.hpp"
 
 namespace matpoint {
 namespace {

@@ -8,94 +8,87 @@
 
 namespace matpoint {
 
-template <int Dim>
-ExplicitSolver<Dim>::ExplicitSolver(const Case& problem)
+template <int Dim, class R>
+ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
     : gravity_(problem.gravity),
       stress_order_(problem.solver.stress_order),
+      kernels_(kernel_table<Dim, R>()),
       grid_(problem.grid),
       geometry_(grid_.geometry()),
       boundary_conditions_(problem.boundaries, grid_) {
-  const TransferTable<Dim>& transfer = transfer_table_linear<Dim>();
+  grid_.set_boundary_conditions(&boundary_conditions_);
   Real smallest_mass = std::numeric_limits<Real>::infinity();
   for (const BodySpec& spec : problem.bodies) {
-    bodies_.push_back(std::make_unique<ParticleBody<Dim>>(spec, grid_, transfer));
+    bodies_.push_back(std::make_unique<ParticleBody<Dim, R>>(spec, grid_));
     smallest_mass = std::min(smallest_mass, bodies_.back()->smallest_particle_mass());
   }
   std::copy_n(problem.gravity.begin(), Dim, dynamics_.gravity.begin());
   dynamics_.damping = problem.solver.damping;
   dynamics_.flip = problem.solver.flip;
   dynamics_.mass_cutoff = problem.solver.mass_cutoff.value_or(problem.solver.mass_cutoff_relative * smallest_mass);
-  is_band_occupied_.resize(static_cast<std::size_t>(grid_.band_count()));
 }
 
 // USL: stress last, from the velocities that moved the particles (Sulsky, Chen & Schreyer 1994, as in the thesis by Kamuth).
 // USF: stress first, from the velocities at the start of the step (Bardenhagen 2002).
 // MUSL: stress last, from the particles' new velocities mapped to the grid once more (Sulsky, Zhou & Schreyer 1995).
-template <int Dim>
-void ExplicitSolver<Dim>::step(Real t, Real dt) {
-  const bool is_usf = stress_order_ == StressOrder::usf;
-  const bool is_musl = stress_order_ == StressOrder::musl;
-  {
-    Stage stage(profile_, "locate");
-    std::fill(is_band_occupied_.begin(), is_band_occupied_.end(), char{0});
-    for (auto& body : bodies_) body->locate(grid_, is_band_occupied_);
-  }
-  if (is_usf) {
-    map(Map::momentum);
+//
+// The particles are mapped to the grid by the sweep that moved them, in the step before; start() does it for the first step.
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
+  using GridType = Grid<Dim, R>;
+  if (!is_mapped_) start();
+  if (stress_order_ == StressOrder::usf) {
     {
       Stage stage(profile_, "grid");
-      grid_.compute_velocity(dynamics_);
-      boundary_conditions_.constrain_velocity(grid_, t);
+      grid_.map_velocity(kernels_, dynamics_, t, GridType::ClearMapped::nothing);
     }
-    gather(Gather::gradient, dt);
+    sweep("stress, p2g", Sweep::usf_stress, dt);
   }
-  map(Map::momentum_and_force);
   {
     Stage stage(profile_, "grid");
-    grid_.advance_velocity(dynamics_, dt, ledger_);
-    boundary_conditions_.constrain(grid_, dynamics_, t + dt, dt, ledger_);
+    const bool is_mass_kept = stress_order_ == StressOrder::musl;
+    grid_.advance(kernels_, dynamics_, t, dt, is_mass_kept ? GridType::Clear::momentum_and_force : GridType::Clear::all, ledger_);
   }
-  if (is_musl) {
-    gather(Gather::velocity_displacement, dt);
-    map(Map::momentum);
-    {
-      Stage stage(profile_, "grid");
-      grid_.compute_velocity(dynamics_);
-      boundary_conditions_.constrain_velocity(grid_, t + dt);
-    }
-    gather(Gather::gradient_move, dt);
-  } else {
-    gather(is_usf ? Gather::velocity_move : Gather::all, dt);
+  if (stress_order_ == StressOrder::musl) {
+    sweep("g2p, p2g", Sweep::musl_velocity, dt);
+    Stage stage(profile_, "grid");
+    grid_.map_velocity(kernels_, dynamics_, t + dt, GridType::ClearMapped::all);
   }
+  const Sweep last = stress_order_ == StressOrder::usl    ? Sweep::usl
+                     : stress_order_ == StressOrder::musl ? Sweep::musl_gradient
+                                                          : Sweep::usf_velocity;
+  sweep("g2p, stress, p2g", last, dt);
   {
     Stage stage(profile_, "check");
-    for (std::size_t d = 0; d < Dim; ++d) {
-      for (auto& body : bodies_) ledger_.gravity_impulse[d] += body->mass() * dynamics_.gravity[d] * dt;
+    for (auto& body : bodies_) {
+      ledger_.viscous_dissipation += body->viscous_dissipation();
+      for (std::size_t d = 0; d < Dim; ++d) ledger_.gravity_impulse[d] += body->mass() * dynamics_.gravity[d] * dt;
     }
-    for (auto& body : bodies_) ledger_.viscous_dissipation += body->viscous_dissipation();
     check_state(t + dt);
   }
 }
 
-template <int Dim>
-void ExplicitSolver<Dim>::map(Map what) {
-  Stage stage(profile_, "p2g");
-  grid_.clear(is_band_occupied_);
-  for (auto& body : bodies_) body->p2g(grid_, what);
-  grid_.fold_periodic();
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::start() {
+  grid_.clear();
+  sweep("start", stress_order_ == StressOrder::usf ? Sweep::start_momentum : Sweep::start, 0);
+  is_mapped_ = true;
 }
 
-template <int Dim>
-void ExplicitSolver<Dim>::gather(Gather what, Real dt) {
-  Stage stage(profile_, "g2p, stress");
-  for (auto& body : bodies_) body->g2p(grid_, what, dt, dynamics_.flip);
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::sweep(const char* label, Sweep what, Real dt) {
+  Stage stage(profile_, label);
+  for (auto& body : bodies_) body->sweep(what, dt, dynamics_.flip);
+  // What earlier sweeps of the step have mapped is folded already.
+  using Fold = typename Grid<Dim, R>::Fold;
+  grid_.fold_periodic(what == Sweep::usf_stress ? Fold::force : what == Sweep::musl_velocity ? Fold::momentum : Fold::all);
 }
 
-template <int Dim>
-void ExplicitSolver<Dim>::check_state(Real t) {
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::check_state(Real t) {
   escapes_.clear();
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    bodies_[b]->append_escapes(grid_, b, escapes_);
+    bodies_[b]->append_escapes(b, escapes_);
   }
   const auto coordinates = [](const Vec3& x) { return fmt::format("({})", fmt::join(x.begin(), x.begin() + Dim, ", ")); };
   for (const Escape& escape : escapes_) {
@@ -113,35 +106,23 @@ void ExplicitSolver<Dim>::check_state(Real t) {
   }
 }
 
-template <int Dim>
-Real ExplicitSolver<Dim>::stable_dt() const {
+template <int Dim, class R>
+Real ExplicitSolver<Dim, R>::stable_dt() const {
   Real dt = std::numeric_limits<Real>::infinity();
-  for (const auto& body : bodies_) dt = std::min(dt, body->stable_dt(grid_));
+  for (const auto& body : bodies_) dt = std::min(dt, body->stable_dt());
   const Real wall_speed = boundary_conditions_.greatest_speed();
-  for (int d = 0; d < Dim && wall_speed > 0; ++d) dt = std::min(dt, grid_.view().cell_size[d] / wall_speed);
+  for (int d = 0; d < Dim && wall_speed > 0; ++d) dt = std::min(dt, grid_.cell_size(d) / wall_speed);
   return dt;
 }
 
-template <int Dim>
-void ExplicitSolver<Dim>::remove_escaped() {
-  for (auto& body : bodies_) body->remove_escaped(grid_, gravity_, ledger_);
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::remove_escaped() {
+  for (auto& body : bodies_) body->remove_escaped(gravity_, ledger_);
   escapes_.clear();
 }
 
-template <int Dim>
-std::vector<Field> ExplicitSolver<Dim>::grid_fields() const {
-  Field mass{"mass", "kg", 1, {}};
-  Field velocity{"velocity", "m/s", Dim, {}};
-  for (Index node = 0; node < grid_.node_count(); ++node) {
-    const bool is_active = grid_.is_row_active(node);
-    mass.values.push_back(is_active ? grid_.mapped(node)[0] : 0);
-    for (int d = 0; d < Dim; ++d) velocity.values.push_back(is_active ? grid_.motion(node)[d] : 0);
-  }
-  return {mass, velocity};
-}
-
-template <int Dim>
-Index ExplicitSolver<Dim>::memory() const {
+template <int Dim, class R>
+Index ExplicitSolver<Dim, R>::memory() const {
   Index bytes = grid_.memory();
   for (const auto& body : bodies_) bytes += body->memory();
   return bytes;
@@ -149,14 +130,21 @@ Index ExplicitSolver<Dim>::memory() const {
 
 std::unique_ptr<Solver> make_solver(const Case& problem) {
   try {
-    if (problem.dim == 3) return std::make_unique<ExplicitSolver<3>>(problem);
-    return std::make_unique<ExplicitSolver<2>>(problem);
+    const bool is_single = problem.solver.precision == "single";
+    if (problem.dim == 3) {
+      if (is_single) return std::make_unique<ExplicitSolver<3, float>>(problem);
+      return std::make_unique<ExplicitSolver<3, double>>(problem);
+    }
+    if (is_single) return std::make_unique<ExplicitSolver<2, float>>(problem);
+    return std::make_unique<ExplicitSolver<2, double>>(problem);
   } catch (const std::bad_alloc&) {
     throw InputError("the case does not fit into this machine's memory; `matpoint check` says how many particles and nodes it has");
   }
 }
 
-template class ExplicitSolver<2>;
-template class ExplicitSolver<3>;
+template class ExplicitSolver<2, double>;
+template class ExplicitSolver<3, double>;
+template class ExplicitSolver<2, float>;
+template class ExplicitSolver<3, float>;
 
 }  // namespace matpoint

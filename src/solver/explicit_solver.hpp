@@ -8,7 +8,8 @@
 
 namespace matpoint {
 
-template <int Dim>
+/// R: the numbers that particles and grid are kept in, double or float.
+template <int Dim, class R>
 class ExplicitSolver final : public Solver {
  public:
   explicit ExplicitSolver(const Case& problem);
@@ -25,7 +26,7 @@ class ExplicitSolver final : public Solver {
   Index particle_count(std::size_t body) const override { return bodies_[body]->particle_count(); }
   std::vector<std::string> field_names(std::size_t body) const override { return bodies_[body]->field_names(); }
   Field field(std::size_t body, const std::string& name) const override { return bodies_[body]->field(name, body); }
-  std::vector<Field> grid_fields() const override;
+  std::vector<Field> grid_fields() const override { return grid_.fields(); }
   BodyTotals totals(std::size_t body) const override { return bodies_[body]->totals(gravity_); }
   const Ledger& ledger() const override { return ledger_; }
   const Profile& profile() const override { return profile_; }
@@ -33,18 +34,21 @@ class ExplicitSolver final : public Solver {
   Index memory() const override;
 
  private:
-  void map(Map what);
-  void gather(Gather what, Real dt);
+  void start();
+  void sweep(const char* label, Sweep what, Real dt);
   void check_state(Real t);
 
   Vec3 gravity_;
   StressOrder stress_order_;
   NodalDynamics<Dim> dynamics_;
-  Grid<Dim> grid_;
+  const KernelTable<Dim, R>& kernels_;
+  Grid<Dim, R> grid_;
   GridGeometry geometry_;
-  std::vector<std::unique_ptr<Body<Dim>>> bodies_;
-  BoundaryConditions<Dim> boundary_conditions_;
-  std::vector<char> is_band_occupied_;
+  BoundaryConditions<Dim, R> boundary_conditions_;
+  std::vector<std::unique_ptr<Body<Dim>>> bodies_;  // after the grid that they point to
+  /// Whether the grid holds the particles' mass and momentum (and force): a cache between steps, the sweep that moves the particles
+  /// has mapped them, too.
+  bool is_mapped_ = false;
   std::vector<Escape> escapes_;
   Ledger ledger_;
   Profile profile_;

@@ -1,0 +1,128 @@
+// The particles of one body in memory: blocks of cells, as kernel/kernel.hpp describes. Private to body/: everybody else sees fields in
+// the order of ids.
+//
+// Slots come in pages, so a cell may hold any number of particles: a full cell grows its block by a page. Particles are never sorted:
+// one that leaves its cell is taken out, its place is filled by the cell's last, and it is put into its new cell after the sweep.
+#pragma once
+
+#include <bit>
+#include <memory>
+
+#include "grid/grid.hpp"
+
+namespace matpoint {
+
+template <int Dim, class R>
+struct Block {
+  static constexpr int L = k_lanes<R>;
+  static constexpr int k_page_slots = Dim == 2 ? 2 : 4;
+
+  alignas(64) R counts[L] = {};  ///< Particles in each cell.
+  Place<Dim> first{};            ///< The cell of lane 0.
+  Index key = 0;
+  int slot_count = 0;            ///< The largest of the counts.
+  std::vector<R*> pages;
+  Tile<Dim, R>* tiles[k_rows<Dim>][2] = {};
+
+  R* slot(int k, int field_count) const { return pages[static_cast<std::size_t>(k / k_page_slots)] + (k % k_page_slots) * field_count * L; }
+  int count(int lane) const { return static_cast<int>(counts[lane]); }
+};
+
+/// Particles on their way to another cell, or out of the grid: all fields of the slot, then the stress.
+template <int Dim, class R>
+struct MovingParticles {
+  struct Target {
+    Place<Dim> cell;
+    bool is_outside;
+  };
+  std::vector<R> values;
+  std::vector<Target> targets;
+
+  std::size_t count() const { return targets.size(); }
+  const R* particle(std::size_t i, int stride) const { return values.data() + i * static_cast<std::size_t>(stride); }
+  void clear() {
+    values.clear();
+    targets.clear();
+  }
+};
+
+/// Ids travel in a field, as bits.
+template <class R>
+inline R id_to_bits(std::uint32_t id) {
+  if constexpr (sizeof(R) == 8) return std::bit_cast<R>(static_cast<std::uint64_t>(id));
+  else return std::bit_cast<R>(id);
+}
+template <class R>
+inline std::uint32_t id_from_bits(R bits) {
+  if constexpr (sizeof(R) == 8) return static_cast<std::uint32_t>(std::bit_cast<std::uint64_t>(bits));
+  else return std::bit_cast<std::uint32_t>(bits);
+}
+
+template <int Dim, class R>
+class CellBlocks {
+ public:
+  using BlockType = Block<Dim, R>;
+  using GridType = Grid<Dim, R>;
+  static constexpr int L = k_lanes<R>;
+
+  /// The blocks of one band of the grid, in the order of the cells.
+  struct Band {
+    std::vector<BlockType*> blocks;
+    MovingParticles<Dim, R> leaving;
+    std::unordered_map<Index, BlockType*> by_key;
+    std::deque<BlockType> storage;
+    std::vector<BlockType*> unused;
+    std::vector<std::unique_ptr<R[]>> page_storage;
+    std::vector<R*> unused_pages;
+  };
+
+  CellBlocks(GridType& grid, const SlotLayout& layout);
+  ~CellBlocks();
+
+  const SlotLayout& layout() const { return layout_; }
+  /// Numbers per moving particle.
+  int stride() const { return layout_.field_count + k_stress_size<Dim>; }
+  Index count() const { return count_; }
+
+  std::vector<Band>& bands() { return bands_; }
+  const std::vector<Band>& bands() const { return bands_; }
+
+  /// Puts a particle with the given fields (layout().field_count numbers) into a cell. Returns its block and lane. Threads: as
+  /// Grid::acquire.
+  std::pair<BlockType*, int> insert(const Place<Dim>& cell, const R* fields);
+  /// Takes the particles out of a block that `movers` names, into `band.leaving`.
+  void extract(Band& band, BlockType& block, std::vector<Mover<R>>& movers);
+  /// Gives back blocks without particles, and pages that are not needed. All even bands, then all odd ones, may run side by side.
+  void prune(Band& band);
+  /// Adds to the number of particles; insert and extract do not count, because they run side by side.
+  void add_to_count(Index change) { count_ += change; }
+
+  /// Calls f(fields, position) for all particles of a band: field f of the particle is fields[f * k_lanes], position in m.
+  template <class F>
+  void for_each(const Band& band, F&& f) const {
+    for (const BlockType* block : band.blocks) {
+      for (int k = 0; k < block->slot_count; ++k) {
+        const R* const slot = block->slot(k, layout_.field_count);
+        for (int lane = 0; lane < L; ++lane) {
+          if (k < block->count(lane)) f(slot + lane, position(*block, slot + lane, lane));
+        }
+      }
+    }
+  }
+
+  /// Position [m] of a particle.
+  Vec3 position(const BlockType& block, const R* fields, int lane) const;
+  Index memory() const;
+
+ private:
+  BlockType* find_or_make(Band& band, const Place<Dim>& first);
+  R* take_page(Band& band);
+  Index key_of(const Place<Dim>& first) const;
+
+  GridType& grid_;
+  SlotLayout layout_;
+  std::vector<Band> bands_;
+  Index count_ = 0;
+};
+
+}  // namespace matpoint
