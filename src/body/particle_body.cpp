@@ -166,15 +166,21 @@ void ParticleBody<Dim, R>::sweep_band(Sweep what, Band& band, BandReport& report
   const int field_count = blocks_->layout().field_count;
   SweepChunk<Dim, R> chunk;
   std::vector<Mover<R>> movers;
-  for (Block<Dim, R>* block : band.blocks) {
+  constexpr std::size_t k_blocks_ahead = 2;
+  for (std::size_t n = 0; n < band.blocks.size(); ++n) {
+    Block<Dim, R>* const block = band.blocks[n];
     if (block->slot_count == 0) continue;
+    const Block<Dim, R>& soon = *band.blocks[std::min(n + k_blocks_ahead, band.blocks.size() - 1)];
     for (int row = 0; row < k_rows<Dim>; ++row) {
       for (int next = 0; next < 2; ++next) chunk.nodes[row][next] = &block->tiles[row][next]->values;
     }
     movers.clear();
     for (int first = 0; first < block->slot_count; first += k_chunk_slots) {
       chunk.slot_count = std::min(k_chunk_slots, block->slot_count - first);
-      for (int k = 0; k < chunk.slot_count; ++k) chunk.slots[k] = block->slot(first + k, field_count);
+      for (int k = 0; k < chunk.slot_count; ++k) {
+        chunk.slots[k] = block->slot(first + k, field_count);
+        chunk.next_slots[k] = first + k < soon.slot_count ? soon.slot(first + k, field_count) : chunk.slots[k];
+      }
       for (int lane = 0; lane < k_lanes<R>; ++lane) chunk.counts[lane] = block->counts[lane] - static_cast<R>(first);
       kernel(report.context, chunk);
       for (int m = 0; m < chunk.mover_count; ++m) {

@@ -106,6 +106,7 @@ template <int Dim, class R>
 struct SweepChunk {
   int slot_count = 0;
   R* slots[k_chunk_slots] = {};
+  const R* next_slots[k_chunk_slots] = {};     ///< Slots of a block that comes soon, to be fetched into the cache.
   alignas(64) R counts[k_lanes<R>] = {};       ///< Per lane: slots below this hold a particle.
   NodeValues<Dim, R>* nodes[k_rows<Dim>][2];   ///< The block's tile and the next one, per row of nodes.
   Mover<R> movers[k_chunk_slots * k_lanes<R>]; ///< Out.

@@ -15,7 +15,7 @@ __attribute__((flatten)) void update_law(const void* law_pointer, LawChunk<R>& c
   using History = typename LawHistory<Law, P>::Type;
   constexpr int L = k_lanes<R>;
   const Law law = *static_cast<const Law*>(law_pointer);
-  const SlotLayout& at = chunk.layout;
+  const SlotLayout at = chunk.layout;
   const P zero = P(0);
   Real dissipated = 0;
   for (int lane = 0; lane < L; lane += P::k_width) {

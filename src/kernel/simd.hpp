@@ -6,6 +6,10 @@
 
 #include <cstdint>
 #include <type_traits>
+#include <utility>
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
 
 #include "core/types.hpp"
 
@@ -38,18 +42,11 @@ struct Pack {
   MPM_INLINE Pack(Native native) : v(native) {}
   MPM_INLINE Pack(double x) : v(Native{} + static_cast<R>(x)) {}
 
-  MPM_INLINE static Pack load(const R* from) {
-    Pack p;
-    __builtin_memcpy(&p.v, __builtin_assume_aligned(from, MPM_SIMD_BYTES), sizeof p.v);
-    return p;
-  }
-  MPM_INLINE static Pack load_unaligned(const R* from) {
-    Pack p;
-    __builtin_memcpy(&p.v, from, sizeof p.v);
-    return p;
-  }
-  MPM_INLINE void store(R* to) const { __builtin_memcpy(__builtin_assume_aligned(to, MPM_SIMD_BYTES), &v, sizeof v); }
-  MPM_INLINE void store_unaligned(R* to) const { __builtin_memcpy(to, &v, sizeof v); }
+  // Through typed pointers and not memcpy: a copy of bytes could be a copy of anything, and everything would be read again after it.
+  typedef R Unaligned __attribute__((vector_size(MPM_SIMD_BYTES), aligned(sizeof(R))));
+  MPM_INLINE static Pack load(const R* from) { return *reinterpret_cast<const Native*>(from); }
+  MPM_INLINE static Pack load_unaligned(const R* from) { return *reinterpret_cast<const Unaligned*>(from); }
+  MPM_INLINE void store(R* to) const { *reinterpret_cast<Native*>(to) = v; }
 
   MPM_INLINE friend Pack operator+(Pack a, Pack b) { return a.v + b.v; }
   MPM_INLINE friend Pack operator-(Pack a, Pack b) { return a.v - b.v; }
@@ -91,11 +88,36 @@ MPM_INLINE Pack<R> sqrt(Pack<R> a) {
 /// Whether any lane is set.
 template <class R>
 MPM_INLINE bool any(Mask<R> mask) {
+#if MPM_SIMD_BYTES == 64 && defined(__AVX512BW__)
+  return _mm512_test_epi64_mask((__m512i)mask.v, (__m512i)mask.v) != 0;
+#elif MPM_SIMD_BYTES == 32 && defined(__AVX2__)
+  return _mm256_testz_si256((__m256i)mask.v, (__m256i)mask.v) == 0;
+#else
   typedef std::int64_t Words __attribute__((vector_size(MPM_SIMD_BYTES)));
   const Words words = (Words)mask.v;
   std::int64_t all = 0;
   for (int i = 0; i < MPM_SIMD_BYTES / 8; ++i) all |= words[i];
   return all != 0;
+#endif
+}
+
+/// Lanes 1, 2, ... of `low`, then lane 0 of `high`.
+template <class R, int... I>
+MPM_INLINE Pack<R> shift_down(Pack<R> low, Pack<R> high, std::integer_sequence<int, I...>) {
+  return __builtin_shufflevector(low.v, high.v, (I + 1)...);
+}
+template <class R>
+MPM_INLINE Pack<R> shift_down(Pack<R> low, Pack<R> high) {
+  return shift_down(low, high, std::make_integer_sequence<int, Pack<R>::k_width>{});
+}
+/// The last lane of `low`, then lanes 0, 1, ... of `high`.
+template <class R, int... I>
+MPM_INLINE Pack<R> shift_up(Pack<R> low, Pack<R> high, std::integer_sequence<int, I...>) {
+  return __builtin_shufflevector(low.v, high.v, (I + Pack<R>::k_width - 1)...);
+}
+template <class R>
+MPM_INLINE Pack<R> shift_up(Pack<R> low, Pack<R> high) {
+  return shift_up(low, high, std::make_integer_sequence<int, Pack<R>::k_width>{});
 }
 
 /// Whole numbers as reals: exact for |i| < 2^51 (2^22 in single precision). Adding the magic number puts i into the mantissa.

@@ -36,15 +36,8 @@ struct Multilinear {
     for (int row = 0; row < k_rows<Dim>; ++row) {
       const R* const here = field(row, 0);
       at[2 * row] = P::load(here + lane);
-      if (lane + P::k_width < k_lanes<R>) {
-        at[2 * row + 1] = P::load_unaligned(here + lane + 1);
-      } else {
-        // The last node comes from the next tile.
-        alignas(MPM_SIMD_BYTES) R shifted[P::k_width];
-        for (int i = 0; i + 1 < P::k_width; ++i) shifted[i] = here[lane + 1 + i];
-        shifted[P::k_width - 1] = field(row, 1)[0];
-        at[2 * row + 1] = P::load(shifted);
-      }
+      // The last node of the last lanes is the next tile's first.
+      at[2 * row + 1] = lane + P::k_width < k_lanes<R> ? P::load_unaligned(here + lane + 1) : shift_down(at[2 * row], P::load(field(row, 1)));
     }
     if constexpr (Dim == 2) {
       c[0] = at[0];
@@ -104,7 +97,7 @@ MPM_INLINE void gather(SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk,
   using P = Pack<R>;
   using Stage = Stages<S>;
   constexpr int L = k_lanes<R>;
-  const SlotLayout& at = context.layout;
+  const SlotLayout at = context.layout;
   const P dt = P(context.dt);
   const P flip = P(static_cast<double>(context.flip));
   const P pic = P(1 - static_cast<double>(context.flip));
@@ -125,6 +118,9 @@ MPM_INLINE void gather(SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk,
   for (int d = 0; d < Dim; ++d) speed_max[d] = P::load(context.speed_max[d] + lane);
   for (int k = 0; k < chunk.slot_count; ++k) {
     R* const slot = chunk.slots[k] + lane;
+    if (lane == 0) {
+      for (int f = 0; f < at.field_count; ++f) __builtin_prefetch(chunk.next_slots[k] + f * L, 1);
+    }
     const Mask<R> live = counts > P(static_cast<double>(k));
     P x[Dim];
     for (int d = 0; d < Dim; ++d) x[d] = P::load(slot + (at.x + d) * L);
@@ -186,7 +182,7 @@ MPM_INLINE void prepare_map(const SweepContext<Dim, R>& context, const SweepChun
                             MapBuffers<Dim, R>& map, int lane) {
   using P = Pack<R>;
   constexpr int L = k_lanes<R>;
-  const SlotLayout& at = context.layout;
+  const SlotLayout at = context.layout;
   const P zero = P(0);
   const P one = P(1);
   const P counts = P::load(chunk.counts + lane);
@@ -214,105 +210,131 @@ MPM_INLINE void prepare_map(const SweepContext<Dim, R>& context, const SweepChun
   }
 }
 
-/// Adds what was summed for the nodes at the left and the right end of each lane's cell: the right ones belong one lane further.
+/// Sums for the nodes at the left and at the right end of each lane's cell, for all lanes of a block.
 template <class R>
-MPM_INLINE void add_to_nodes(Pack<R> left, Pack<R> right, R* here, R* next, int lane) {
-  using P = Pack<R>;
-  (P::load(here + lane) + left).store(here + lane);
-  if (lane + P::k_width < k_lanes<R>) {
-    (P::load_unaligned(here + lane + 1) + right).store_unaligned(here + lane + 1);
-  } else {
-    for (int i = 0; i + 1 < P::k_width; ++i) here[lane + 1 + i] += right.v[i];
-    next[0] += right.v[P::k_width - 1];
-  }
-}
+struct NodeSums {
+  static constexpr int k_parts = k_lanes<R> / Pack<R>::k_width;
+  Pack<R> left[k_parts];
+  Pack<R> right[k_parts];
 
-/// m_i += N_i m_p, p_i += N_i m_p v_p for one row of nodes; w_row: the row's weight in y (and z), from x.
+  /// Adds them to the nodes: the right ones belong one lane further, the last of them to the next tile. Whole packs are read and
+  /// written throughout: a pack that is read across two shorter writes would have to wait for both to reach the cache.
+  MPM_INLINE void add_to(R* here, R* next) const {
+    using P = Pack<R>;
+    for (int part = 0; part < k_parts; ++part) {
+      R* const at = here + part * P::k_width;
+      (P::load(at) + (left[part] + shift_up(part > 0 ? right[part - 1] : P(0), right[part]))).store(at);
+    }
+    (P::load(next) + shift_up(right[k_parts - 1], P(0))).store(next);
+  }
+};
+
+/// m_i += N_i m_p, p_i += N_i m_p v_p for one row of nodes.
 template <Sweep S, int Dim, class R, int row>
-MPM_INLINE void map_mass_and_momentum(const SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk, const ChunkBuffers<Dim, R>& buffers,
-                                      int lane) {
+MPM_INLINE void map_mass_and_momentum(const SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk, const ChunkBuffers<Dim, R>& buffers) {
   using P = Pack<R>;
   constexpr int L = k_lanes<R>;
-  const SlotLayout& at = context.layout;
+  const SlotLayout at = context.layout;
+  const int slot_count = chunk.slot_count;
   const P one = P(1);
-  P mass[2] = {P(0), P(0)};
-  P momentum[Dim][2];
-  for (int d = 0; d < Dim; ++d) momentum[d][0] = momentum[d][1] = P(0);
-  for (int k = 0; k < chunk.slot_count; ++k) {
-    const R* const slot = chunk.slots[k] + lane;
-    const P x = P::load(slot + at.x * L);
-    const P y = P::load(slot + (at.x + 1) * L);
-    P w = row % 2 == 0 ? one - y : y;
-    if constexpr (Dim == 3) {
-      const P z = P::load(slot + (at.x + 2) * L);
-      w *= row / 2 == 0 ? one - z : z;
+  NodeSums<R> mass;
+  NodeSums<R> momentum[Dim];
+  for (int part = 0; part < NodeSums<R>::k_parts; ++part) {
+    const int lane = part * P::k_width;
+    P m_left = P(0), m_right = P(0);
+    P p_left[Dim], p_right[Dim];
+    for (int d = 0; d < Dim; ++d) p_left[d] = p_right[d] = P(0);
+    for (int k = 0; k < slot_count; ++k) {
+      const R* const slot = chunk.slots[k] + lane;
+      const P x = P::load(slot + at.x * L);
+      const P y = P::load(slot + (at.x + 1) * L);
+      P w = row % 2 == 0 ? one - y : y;
+      if constexpr (Dim == 3) {
+        const P z = P::load(slot + (at.x + 2) * L);
+        w *= row / 2 == 0 ? one - z : z;
+      }
+      const P wm = w * P::load(buffers.mass[k] + lane);
+      const P m1 = wm * x;
+      const P m0 = wm * (one - x);
+      if constexpr (Stages<S>::maps_mass) {
+        m_left += m0;
+        m_right += m1;
+      }
+      for (int d = 0; d < Dim; ++d) {
+        const P v = P::load(slot + (at.v + d) * L);
+        p_left[d] += m0 * v;
+        p_right[d] += m1 * v;
+      }
     }
-    const P wm = w * P::load(buffers.mass[k] + lane);
-    const P m1 = wm * x;
-    const P m0 = wm * (one - x);
-    if constexpr (Stages<S>::maps_mass) {
-      mass[0] += m0;
-      mass[1] += m1;
-    }
+    mass.left[part] = m_left;
+    mass.right[part] = m_right;
     for (int d = 0; d < Dim; ++d) {
-      const P v = P::load(slot + (at.v + d) * L);
-      momentum[d][0] += m0 * v;
-      momentum[d][1] += m1 * v;
+      momentum[d].left[part] = p_left[d];
+      momentum[d].right[part] = p_right[d];
     }
   }
   NodeValues<Dim, R>&here = *chunk.nodes[row][0], &next = *chunk.nodes[row][1];
-  if constexpr (Stages<S>::maps_mass) add_to_nodes(mass[0], mass[1], here.mass, next.mass, lane);
-  for (int d = 0; d < Dim; ++d) add_to_nodes(momentum[d][0], momentum[d][1], here.momentum[d], next.momentum[d], lane);
+  if constexpr (Stages<S>::maps_mass) mass.add_to(here.mass, next.mass);
+  for (int d = 0; d < Dim; ++d) momentum[d].add_to(here.momentum[d], next.momentum[d]);
 }
 
 /// f_i -= V0 tau grad N_i for one row of nodes.
 template <int Dim, class R, int row>
-MPM_INLINE void map_force(const SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk, const MapBuffers<Dim, R>& map, int lane) {
+MPM_INLINE void map_force(const SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk, const MapBuffers<Dim, R>& map) {
   using P = Pack<R>;
   constexpr int L = k_lanes<R>;
   constexpr double sign_y = row % 2 == 0 ? -1 : 1;
   constexpr double sign_z = row / 2 == 0 ? -1 : 1;
-  const SlotLayout& at = context.layout;
+  const SlotLayout at = context.layout;
+  const int slot_count = chunk.slot_count;
   const P one = P(1);
-  P force[Dim][2];
-  for (int d = 0; d < Dim; ++d) force[d][0] = force[d][1] = P(0);
-  for (int k = 0; k < chunk.slot_count; ++k) {
-    const R* const slot = chunk.slots[k] + lane;
-    const P x = P::load(slot + at.x * L);
-    const P y = P::load(slot + (at.x + 1) * L);
-    const P wy = row % 2 == 0 ? one - y : y;
-    P wz = one;
-    if constexpr (Dim == 3) {
-      const P z = P::load(slot + (at.x + 2) * L);
-      wz = row / 2 == 0 ? one - z : z;
+  NodeSums<R> force[Dim];
+  for (int part = 0; part < NodeSums<R>::k_parts; ++part) {
+    const int lane = part * P::k_width;
+    P left[Dim], right[Dim];
+    for (int d = 0; d < Dim; ++d) left[d] = right[d] = P(0);
+    for (int k = 0; k < slot_count; ++k) {
+      const R* const slot = chunk.slots[k] + lane;
+      const P x = P::load(slot + at.x * L);
+      const P y = P::load(slot + (at.x + 1) * L);
+      const P wy = row % 2 == 0 ? one - y : y;
+      P wz = one;
+      if constexpr (Dim == 3) {
+        const P z = P::load(slot + (at.x + 2) * L);
+        wz = row / 2 == 0 ? one - z : z;
+      }
+      const P wyz = Dim == 3 ? wy * wz : wy;
+      for (int c = 0; c < Dim; ++c) {
+        const P along_x = wyz * P::load(map.stress[k][scaled_index<Dim>(c, 0)] + lane);
+        P across = P(sign_y) * P::load(map.stress[k][scaled_index<Dim>(c, 1)] + lane);
+        if constexpr (Dim == 3) across = across * wz + P(sign_z) * (wy * P::load(map.stress[k][scaled_index<Dim>(c, 2)] + lane));
+        left[c] += along_x - (one - x) * across;
+        right[c] -= along_x + x * across;
+      }
     }
-    const P wyz = Dim == 3 ? wy * wz : wy;
-    for (int c = 0; c < Dim; ++c) {
-      const P along_x = wyz * P::load(map.stress[k][scaled_index<Dim>(c, 0)] + lane);
-      P across = P(sign_y) * P::load(map.stress[k][scaled_index<Dim>(c, 1)] + lane);
-      if constexpr (Dim == 3) across = across * wz + P(sign_z) * (wy * P::load(map.stress[k][scaled_index<Dim>(c, 2)] + lane));
-      force[c][0] += along_x - (one - x) * across;
-      force[c][1] -= along_x + x * across;
+    for (int d = 0; d < Dim; ++d) {
+      force[d].left[part] = left[d];
+      force[d].right[part] = right[d];
     }
   }
   NodeValues<Dim, R>&here = *chunk.nodes[row][0], &next = *chunk.nodes[row][1];
-  for (int d = 0; d < Dim; ++d) add_to_nodes(force[d][0], force[d][1], here.force[d], next.force[d], lane);
+  for (int d = 0; d < Dim; ++d) force[d].add_to(here.force[d], next.force[d]);
 }
 
 template <Sweep S, int Dim, class R, int row = 0>
 MPM_INLINE void map_rows(const SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk, const ChunkBuffers<Dim, R>& buffers,
-                         const MapBuffers<Dim, R>& map, int lane) {
+                         const MapBuffers<Dim, R>& map) {
   if constexpr (row < k_rows<Dim>) {
-    if constexpr (Stages<S>::maps_momentum) map_mass_and_momentum<S, Dim, R, row>(context, chunk, buffers, lane);
-    if constexpr (Stages<S>::maps_force) map_force<Dim, R, row>(context, chunk, map, lane);
-    map_rows<S, Dim, R, row + 1>(context, chunk, buffers, map, lane);
+    if constexpr (Stages<S>::maps_momentum) map_mass_and_momentum<S, Dim, R, row>(context, chunk, buffers);
+    if constexpr (Stages<S>::maps_force) map_force<Dim, R, row>(context, chunk, map);
+    map_rows<S, Dim, R, row + 1>(context, chunk, buffers, map);
   }
 }
 
 template <Sweep S, int Dim, class R>
 MPM_INLINE void update_stress(SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk, ChunkBuffers<Dim, R>& buffers) {
   constexpr int L = k_lanes<R>;
-  const SlotLayout& at = context.layout;
+  const SlotLayout at = context.layout;
   if (S == Sweep::start && at.tau >= 0) {
     // A law that depends on the rate has left its stress: there is no rate to compute it from.
     for (int k = 0; k < chunk.slot_count; ++k) {
@@ -349,10 +371,8 @@ __attribute__((flatten)) void sweep_chunk(SweepContext<Dim, R>& context, SweepCh
     for (int lane = 0; lane < k_lanes<R>; lane += P::k_width) gather<S>(context, chunk, buffers, lane);
   }
   if constexpr (Stages<S>::has_law) update_stress<S>(context, chunk, buffers);
-  for (int lane = 0; lane < k_lanes<R>; lane += P::k_width) {
-    prepare_map<S>(context, chunk, buffers, map, lane);
-    map_rows<S, Dim, R>(context, chunk, buffers, map, lane);
-  }
+  for (int lane = 0; lane < k_lanes<R>; lane += P::k_width) prepare_map<S>(context, chunk, buffers, map, lane);
+  map_rows<S, Dim, R>(context, chunk, buffers, map);
   if constexpr (Stages<S>::moves && Stages<S>::has_law) {
     for (int m = 0; m < chunk.mover_count; ++m) {
       Mover<R>& mover = chunk.movers[m];
