@@ -134,8 +134,12 @@ Real stiffness(const Law& law) {
 }
 
 template <class Law>
-constexpr bool has_energy = requires(const Law& law, const Full& F) { law.energy_density(F); };
+constexpr bool has_energy = requires(const Law& law, const Full& F) {
+  law.energy_density(F);
+};
 template <class Law>
-constexpr bool has_dissipation = requires(const Law& law, const Kinematics<Full>& k) { law.dissipation_rate(k); };
+constexpr bool has_dissipation = requires(const Law& law, const Kinematics<Full>& k) {
+  law.dissipation_rate(k);
+};
 
 }  // namespace matpoint::test

@@ -46,7 +46,8 @@ TYPED_TEST(AllLawsTest, stress_is_objective_and_symmetric) {
       const Eigen::Matrix3d Q = samples.rotation();
       const Eigen::Matrix3d tau = stress(law, F, L);
       const Eigen::Matrix3d rotated = stress(law, Q * F, Q * L * Q.transpose());
-      // Round-off of products of three matrices, and of J^-gamma, which multiplies that of J by gamma: 100 eps of the terms that are summed.
+      // Round-off of products of three matrices, and of J^-gamma, which multiplies that of J by gamma: 100 eps of the terms that are
+      // summed.
       const Real scale = tau.norm() + 3 * stiffness(law);
       EXPECT_LT((rotated - Q * tau * Q.transpose()).norm(), 100 * k_epsilon * scale);
       EXPECT_LT((tau - tau.transpose()).norm(), 10 * k_epsilon * scale);

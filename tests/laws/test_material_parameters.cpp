@@ -64,10 +64,16 @@ TEST(MaterialParameters, not_finite_or_no_number_is_refused_for_each_parameter_o
     for (const ParameterDescription& parameter : entry.parameters) {
       Input table = Input::table();
       table.set("type", Input::string(entry.name));
-      table = sample_table(entry.parameters, 0, [](const Input& input) { material_registry().read(input, {2, ""}, "material"); }, table);
+      table = sample_table(
+          entry.parameters, 0,
+          [](const Input& input) {
+            material_registry().read(input, {2, ""}, "material");
+          },
+          table);
       EXPECT_EQ(complaint(table), "");
       auto& entries = table.entries();
-      entries.erase(std::remove_if(entries.begin(), entries.end(), [&](const auto& e) { return e.first == parameter.name; }), entries.end());
+      entries.erase(std::remove_if(entries.begin(), entries.end(), [&](const auto& e) { return e.first == parameter.name; }),
+                    entries.end());
       const std::string text = complaint(table);
       EXPECT_EQ(text.find(parameter.name + " is missing") != std::string::npos, parameter.is_required) << text;
       const std::string not_finite = complaint(table, parameter.name, std::numeric_limits<Real>::infinity());
@@ -75,15 +81,15 @@ TEST(MaterialParameters, not_finite_or_no_number_is_refused_for_each_parameter_o
       const std::string not_a_number = complaint(table, parameter.name, std::numeric_limits<Real>::quiet_NaN());
       EXPECT_NE(not_a_number.find(parameter.name + " = nan is not a finite number"), std::string::npos) << not_a_number;
       table.set(parameter.name, Input::string("stiff"));
-      EXPECT_NE(complaint(table).find(parameter.name + " must be a number, got \"stiff\" (a string)"), std::string::npos) << complaint(table);
+      EXPECT_NE(complaint(table).find(parameter.name + " must be a number, got \"stiff\" (a string)"), std::string::npos)
+          << complaint(table);
     }
   }
 }
 
 TEST(MaterialParameters, unknown_law_and_unknown_key_offer_the_nearest_name) {
-  EXPECT_EQ(complaint(elastic("neo_hooke")),
-            "body \"soil\": material type = \"neo_hooke\" is unknown, allowed: " + list_names(material_registry().names()) +
-                "; did you mean \"neo_hookean\"?");
+  EXPECT_EQ(complaint(elastic("neo_hooke")), "body \"soil\": material type = \"neo_hooke\" is unknown, allowed: " +
+                                                 list_names(material_registry().names()) + "; did you mean \"neo_hookean\"?");
   const std::string text = complaint(elastic("neo_hookean"), "youngs_module", 1);
   EXPECT_EQ(text, "case.toml:14: body \"soil\": material: unknown key \"youngs_module\"; did you mean \"youngs_modulus\"?");
 }

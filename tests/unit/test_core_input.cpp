@@ -82,7 +82,8 @@ TEST(Parameters, whole_real_numbers_are_integers_and_others_are_refused) {
   EXPECT_EQ(complaint("count", Input::real(1e6)), "");
   const std::string place = "a.toml:3: thing: ";
   EXPECT_EQ(complaint("count", Input::real(1.5)), place + "count must be an integer, got 1.5 (a number)");
-  EXPECT_EQ(complaint("count", Input::real(std::numeric_limits<Real>::quiet_NaN())), place + "count must be an integer, got nan (a number)");
+  EXPECT_EQ(complaint("count", Input::real(std::numeric_limits<Real>::quiet_NaN())),
+            place + "count must be an integer, got nan (a number)");
   EXPECT_EQ(complaint("count", Input::integer(0)), place + "count = 0 is not allowed, it must be >= 1");
   EXPECT_EQ(complaint("count", Input::integer(Index{1} << 40)), place + "count = 1099511627776 is too large");
 }
@@ -98,7 +99,8 @@ TEST(Parameters, values_of_another_kind_length_or_range_are_refused_with_the_pla
   EXPECT_EQ(complaint("point", numbers({1, 2, 3})), place + "point = [1, 2, 3] has 3 numbers; the case has dim = 2, so it must have 2");
   EXPECT_EQ(complaint("point", Input::real(1)), place + "point must be an array of 2 numbers, got 1 (a number)");
   EXPECT_EQ(complaint("limit", Input::real(1)), place + "limit = 1 is not allowed, it must be in the open interval (0, 1)");
-  EXPECT_EQ(complaint("color", Input::string("grene")), place + "color = \"grene\" is unknown, allowed: \"red\" or \"green\"; did you mean \"green\"?");
+  EXPECT_EQ(complaint("color", Input::string("grene")),
+            place + "color = \"grene\" is unknown, allowed: \"red\" or \"green\"; did you mean \"green\"?");
   EXPECT_EQ(complaint("lenght", Input::real(1)), place + "unknown key \"lenght\"; did you mean \"length\"?");
   // Items of an array carry no place of their own here; the index says which one is meant.
   EXPECT_NE(complaint("values", numbers({1, -1})).find("values[1] = -1 is not allowed, it must be >= 0"), std::string::npos);
