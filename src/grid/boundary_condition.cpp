@@ -182,25 +182,29 @@ void BoundaryConditions<Dim>::constrain_normals(Grid<Dim>& grid, const NodalDyna
     const Real m = mapped[0];
     Real v_n = 0;
     Real a_n = 0;
-    Real p_n = 0;
+    Real p_c = 0;
+    Real c_c = 0;
     for (std::size_t d = 0; d < Dim; ++d) {
       v_n += constraint.n[d] * motion[d];
       a_n += constraint.n[d] * motion[Dim + d];
-      p_n += constraint.n[d] * mapped[1 + d];
-    }
-    if (m > 0 && m >= dynamics.mass_cutoff && !grid.is_periodic_twin(constraint.node)) {
-      const Real damping_impulse = dt * dynamics.damping * p_n;
-      ledger.damping_dissipation -= damping_impulse * v_n;
-      // What the particles get less of: m a dt by FLIP, m v by PIC. The surface is at rest, so its impulse does no work.
-      const Real impulse = -m * (dynamics.flip * dt * a_n + (1 - dynamics.flip) * v_n);
-      for (std::size_t d = 0; d < Dim; ++d) {
-        ledger.damping_impulse[d] += damping_impulse * constraint.n[d];
-        ledger.boundary_impulse[d] += impulse * constraint.correction[d] - damping_impulse * constraint.n[d];
-      }
+      p_c += constraint.correction[d] * mapped[1 + d];
+      c_c += constraint.correction[d] * constraint.correction[d];
     }
     for (std::size_t d = 0; d < Dim; ++d) {
       motion[d] -= v_n * constraint.correction[d];
       motion[Dim + d] -= a_n * constraint.correction[d];
+    }
+    if (m > 0 && m >= dynamics.mass_cutoff && !grid.is_periodic_twin(constraint.node)) {
+      // Along c only: the damping of what other conditions hold has been taken out of the books with them.
+      const Real damping_impulse = dt * dynamics.damping * p_c;
+      ledger.damping_dissipation -= damping_impulse * v_n;
+      // What the particles get less of: m a dt by FLIP, m v by PIC. The surface is at rest, but a moving side drives its nodes along it.
+      const Real impulse = -m * (dynamics.flip * dt * a_n + (1 - dynamics.flip) * v_n) - damping_impulse / c_c;
+      for (std::size_t d = 0; d < Dim; ++d) {
+        ledger.damping_impulse[d] += damping_impulse / c_c * constraint.correction[d];
+        ledger.boundary_impulse[d] += impulse * constraint.correction[d];
+        ledger.boundary_work += impulse * constraint.correction[d] * motion[d];
+      }
     }
   }
 }

@@ -174,6 +174,14 @@ TEST(Polar, rings_have_the_moments_of_a_disk) {
   }
 }
 
+TEST(Polar, particles_are_the_centers_of_mass_of_their_pieces) {
+  // Four quarters of a disk: 4 r/(3 pi) from either straight side.
+  const Seeds quarters =
+      layout("{ type = 'polar', rings = 1, sectors = 4 }")->fill(*region("{ type = 'disk', center = [0, 0], radius = 3 }"), k_unit_grid);
+  EXPECT_NEAR(quarters.position[0][0], 4 / std::numbers::pi, 10 * k_epsilon);
+  EXPECT_NEAR(quarters.position[0][1], 4 / std::numbers::pi, 10 * k_epsilon);
+}
+
 TEST(Polar, second_moment_converges_with_the_square_of_the_rings) {
   const auto error = [](int rings) {
     const Seeds seeds = layout(fmt::format("{{ type = 'polar', rings = {} }}", rings))
