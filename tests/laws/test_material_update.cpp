@@ -1,5 +1,6 @@
 // The run-time face of a law: Material::update over blocks of points must do what the law says point by point, keep its history, sum the
 // dissipation, and name the first point that turned inside out.
+#include "laws/damaged_neo_hookean.hpp"
 #include "laws/law_samples.hpp"
 
 namespace matpoint::test {
@@ -206,6 +207,27 @@ TEST(MaterialUpdate, history_of_a_law_goes_from_step_to_step_with_its_point) {
     EXPECT_NE(largest[0], largest[1]);
     EXPECT_LT(points.tensor(points.F, 0, 1).determinant(), largest[0]) << "the last step should be on the way back";
   }
+}
+
+TEST(MaterialUpdate, damage_grows_on_loading_and_stays_on_unloading) {
+  LawMaterial<DamagedNeoHookean> material;
+  material.law.density = 1000;
+  material.law.youngs_modulus = 1e4;
+  material.law.poissons_ratio = 0.3;
+  material.law.damage_energy = 500;
+  const NeoHookean virgin{material.law};
+  Points points(2, 1, 1, 0);
+  Real energy_max = 0;
+  for (int step = 0; step < 20; ++step) {
+    points.L[1][0] = step < 10 ? 0.5 : -0.3;  // shear, and back
+    points.update(material, 0.1);
+    const Eigen::Matrix3d F = points.tensor(points.F, 0, 1);
+    energy_max = std::max(energy_max, virgin.energy_density(from_eigen(F)));
+    const Eigen::Matrix3d tau = std::exp(-energy_max / 500) * stress(virgin, F);
+    EXPECT_LT((points.stress_of(0) - tau).norm(), 100 * k_epsilon * 1e4);
+  }
+  EXPECT_GT(energy_max, 100);
+  EXPECT_LT(virgin.energy_density(from_eigen(points.tensor(points.F, 0, 1))), 0.9 * energy_max) << "it should be on the way back";
 }
 
 TEST(MaterialUpdate, inverted_point_keeps_its_history) {
