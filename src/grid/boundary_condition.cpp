@@ -206,25 +206,29 @@ void BoundaryConditions<Dim, R>::constrain_normals(Tile<Dim, R>& tile, const Nod
     const Real m = nodes.mass[fixed.lane];
     Real v_n = 0;
     Real a_n = 0;
-    Real p_n = 0;
+    Real p_c = 0;
+    Real c_c = 0;
     for (std::size_t d = 0; d < Dim; ++d) {
       v_n += fixed.n[d] * nodes.velocity[d][fixed.lane];
       a_n += fixed.n[d] * nodes.second[d][fixed.lane];
-      p_n += fixed.n[d] * nodes.momentum[d][fixed.lane];
-    }
-    if (m > 0 && m >= dynamics.mass_cutoff && tile.booked[fixed.lane] > 0) {
-      const Real damping_impulse = dt * dynamics.damping * p_n;
-      ledger.damping_dissipation -= damping_impulse * v_n;
-      // What the particles get less of: m a dt by FLIP, m v by PIC. The surface is at rest, so its impulse does no work.
-      const Real impulse = -m * (dynamics.flip * dt * a_n + (1 - dynamics.flip) * v_n);
-      for (std::size_t d = 0; d < Dim; ++d) {
-        ledger.damping_impulse[d] += damping_impulse * fixed.n[d];
-        ledger.boundary_impulse[d] += impulse * fixed.correction[d] - damping_impulse * fixed.n[d];
-      }
+      p_c += fixed.correction[d] * nodes.momentum[d][fixed.lane];
+      c_c += fixed.correction[d] * fixed.correction[d];
     }
     for (std::size_t d = 0; d < Dim; ++d) {
       nodes.velocity[d][fixed.lane] -= static_cast<R>(v_n * fixed.correction[d]);
       nodes.second[d][fixed.lane] -= static_cast<R>(a_n * fixed.correction[d]);
+    }
+    if (m > 0 && m >= dynamics.mass_cutoff && tile.booked[fixed.lane] > 0) {
+      // Along c only: the damping of what other conditions hold has been taken out of the books with them.
+      const Real damping_impulse = dt * dynamics.damping * p_c;
+      ledger.damping_dissipation -= damping_impulse * v_n;
+      // What the particles get less of: m a dt by FLIP, m v by PIC. The surface is at rest, but a moving side drives its nodes along it.
+      const Real impulse = -m * (dynamics.flip * dt * a_n + (1 - dynamics.flip) * v_n) - damping_impulse / c_c;
+      for (std::size_t d = 0; d < Dim; ++d) {
+        ledger.damping_impulse[d] += damping_impulse / c_c * fixed.correction[d];
+        ledger.boundary_impulse[d] += impulse * fixed.correction[d];
+        ledger.boundary_work += impulse * fixed.correction[d] * nodes.velocity[d][fixed.lane];
+      }
     }
   }
 }

@@ -6,6 +6,7 @@
 #include "case/case_file.hpp"
 #include "core/version.hpp"
 #include "io/results_folder.hpp"
+#include "kernel/kernel.hpp"
 #include "unit/fake_solver.hpp"
 #include "unit/temporary_folder.hpp"
 
