@@ -53,6 +53,10 @@ std::vector<std::string> Simulation::warnings() const {
   if (case_.solver.stress_order == StressOrder::musl && case_.solver.damping > 0) {
     all.push_back("stress_order = \"musl\" with damping drifts away from the state of rest; use stress_order = \"usl\" for damped problems");
   }
+  for (const BodySpec& body : case_.bodies) {
+    if (!body.material->is_scalar_only()) continue;
+    all.push_back(fmt::format("the law \"{}\" of body \"{}\" branches, so it has no SIMD kernel and runs point by point", body.material->type(), body.name));
+  }
   return all;
 }
 

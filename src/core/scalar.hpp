@@ -12,6 +12,12 @@ using std::exp;
 using std::log;
 using std::sqrt;
 
+/// a where the condition holds, else b. Laws write this instead of a branch: with packs the condition differs from lane to lane.
+template <class T>
+inline T select(bool condition, const T& a, const T& b) {
+  return condition ? a : b;
+}
+
 /// x^exponent for x > 0. Small whole exponents, the usual case in equations of state, are products: about ten times faster than the
 /// general power, and within two roundings per factor.
 template <class T>

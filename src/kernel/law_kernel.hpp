@@ -8,6 +8,38 @@
 namespace matpoint {
 namespace {
 
+/// The law's stress and dissipation rate, and its history in and out: on all lanes of a pack at once, or, for a law that branches, one
+/// lane after the other.
+template <class Law, class R, bool is_plane, class History>
+MPM_INLINE Mat3<Pack<R>, is_plane> evaluate(const Law& law, const Kinematics<Mat3<Pack<R>, is_plane>>& k, const History& old_history,
+                                            History& new_history, Pack<R>& rate) {
+  if constexpr (!k_is_scalar_only<Law>) {
+    if constexpr (requires { law.dissipation_rate(k); }) rate = law.dissipation_rate(k);
+    return kirchhoff_stress_of(law, k, old_history, new_history);
+  } else {
+    using M = Mat3<Real, is_plane>;
+    using ScalarHistory = typename LawHistory<Law, Real>::Type;
+    constexpr int history_count = k_history_size<Law>;
+    Mat3<Pack<R>, is_plane> tau;
+    for (int i = 0; i < Pack<R>::k_width; ++i) {
+      Kinematics<M> one{M::identity(), M::zero(), k.dt};
+      for (int e = 0; e < M::k_size; ++e) {
+        one.F.entries[e] = static_cast<Real>(k.F.entries[e].v[i]);
+        one.L.entries[e] = static_cast<Real>(k.L.entries[e].v[i]);
+      }
+      ScalarHistory before{}, after{};
+      for (int h = 0; h < history_count; ++h) {
+        reinterpret_cast<Real*>(&before)[h] = static_cast<Real>(reinterpret_cast<const Pack<R>*>(&old_history)[h].v[i]);
+      }
+      const M stress = kirchhoff_stress_of(law, one, before, after);
+      for (int e = 0; e < M::k_size; ++e) tau.entries[e].v[i] = static_cast<R>(stress.entries[e]);
+      for (int h = 0; h < history_count; ++h) reinterpret_cast<Pack<R>*>(&new_history)[h].v[i] = static_cast<R>(reinterpret_cast<Real*>(&after)[h]);
+      if constexpr (requires { law.dissipation_rate(one); }) rate.v[i] = static_cast<R>(law.dissipation_rate(one));
+    }
+    return tau;
+  }
+}
+
 template <class Law, int Dim, class R>
 __attribute__((flatten)) void update_law(const void* law_pointer, LawChunk<R>& chunk) {
   using P = Pack<R>;
@@ -68,7 +100,8 @@ __attribute__((flatten)) void update_law(const void* law_pointer, LawChunk<R>& c
       if constexpr (history_count > 0) {
         for (int h = 0; h < history_count; ++h) reinterpret_cast<P*>(&old_history)[h] = P::load(slot + (at.history + h) * L);
       }
-      const M tau = kirchhoff_stress_of(law, kinematics, old_history, new_history);
+      P rate = zero;
+      const M tau = evaluate(law, kinematics, old_history, new_history, rate);
       if constexpr (history_count > 0) {
         for (int h = 0; h < history_count; ++h) reinterpret_cast<P*>(&new_history)[h].store(slot + (at.history + h) * L);
       }
@@ -82,9 +115,9 @@ __attribute__((flatten)) void update_law(const void* law_pointer, LawChunk<R>& c
       if (at.tau >= 0) {
         for (int s = 0; s < k_stress_size<Dim>; ++s) P::load(out + s * L).store(slot + (at.tau + s) * L);
       }
-      if constexpr (requires { law.dissipation_rate(kinematics); }) {
+      if constexpr (k_has_dissipation<Law>) {
         const P volume = at.volume >= 0 ? P::load(slot + at.volume * L) : P(static_cast<double>(chunk.uniform_volume));
-        power_sum += select(live, law.dissipation_rate(kinematics) * volume, zero);
+        power_sum += select(live, rate * volume, zero);
       }
     }
     J_min.store(chunk.J_min + lane);

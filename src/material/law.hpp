@@ -18,6 +18,9 @@
 //   template <class M> T dissipation_rate(const Kinematics<M>& k) const;              // [W/m^3 of reference volume], optional
 //   Real kinematic_viscosity(Real J) const;                                           // [m^2/s], optional
 //
+// A law that is written with `select` instead of `if` runs on a whole SIMD pack of points at once. One that must branch says
+// `static constexpr bool is_scalar_only = true;`, runs point by point, and a run mentions it.
+//
 // docs/add_a_material.md walks through one.
 #pragma once
 
@@ -71,6 +74,13 @@ inline M kirchhoff_stress_of(const Law& law, const Kinematics<M>& k, const Histo
 /// Whether the stress depends on more than F: then a body stores it, as it cannot be computed from the state alone.
 template <class Law>
 constexpr bool k_is_rate_dependent = !requires(const Law& law, const Mat3<Real>& F) { law.kirchhoff_stress(F); };
+
+template <class Law>
+constexpr bool k_has_dissipation = requires(const Law& law, const Kinematics<Mat3<Real>>& k) { law.dissipation_rate(k); };
+
+/// Whether the law says that it branches on its scalars, `static constexpr bool is_scalar_only = true;`: it then runs lane by lane.
+template <class Law>
+constexpr bool k_is_scalar_only = requires { requires Law::is_scalar_only; };
 
 /// Parameters of isotropic elastic solids, and what follows from them.
 struct ElasticParameters {

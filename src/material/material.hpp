@@ -22,6 +22,9 @@ class Material {
   /// Whether the stress depends on more than F.
   virtual bool is_rate_dependent() const = 0;
 
+  /// Whether the law branches, so that its kernel works one point after the other.
+  virtual bool is_scalar_only() const = 0;
+
   /// The law's place in AllLaws, for its kernel, and the law itself, for the kernel to read.
   virtual int law_index() const = 0;
   virtual const void* law_data() const = 0;

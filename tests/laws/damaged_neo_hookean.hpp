@@ -27,7 +27,7 @@ struct DamagedNeoHookean : ElasticParameters {
   M kirchhoff_stress(const Kinematics<M>& k, const History<T>& old_history, History<T>& updated) const {
     const NeoHookean virgin{*this};
     const T W = virgin.energy_density(k.F);
-    updated.energy_max = W > old_history.energy_max ? W : old_history.energy_max;
+    updated.energy_max = select(W > old_history.energy_max, W, old_history.energy_max);
     return scaled(T(exp(T(updated.energy_max * (-1 / damage_energy)))), virgin.kirchhoff_stress(k.F));
   }
 

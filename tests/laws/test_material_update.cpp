@@ -1,5 +1,6 @@
-// The run-time face of a law: Material::update over blocks of points must do what the law says point by point, keep its history, sum the
-// dissipation, and name the first point that turned inside out.
+// A law's kernel over the lanes of a block must do what the law says point by point, keep its history, sum the dissipation, and name
+// the first point that turned inside out; and the law's face at run time passes its numbers.
+#include "kernel/law_kernel.hpp"
 #include "laws/damaged_neo_hookean.hpp"
 #include "laws/law_samples.hpp"
 
@@ -24,7 +25,7 @@ struct Ratchet {
   template <class M, class T = typename M::Scalar>
   M kirchhoff_stress(const Kinematics<M>& k, const History<T>& old_history, History<T>& updated) const {
     const T J = determinant(k.F);
-    updated.largest_J = J > old_history.largest_J ? J : old_history.largest_J;
+    updated.largest_J = select(J > old_history.largest_J, J, old_history.largest_J);
     updated.count = T(old_history.count + 1.0);
     return M::diagonal(T(stiffness * (updated.largest_J - 1.0)));
   }
@@ -54,23 +55,64 @@ struct Points {
   }
   std::size_t index(int r, int c) const { return static_cast<std::size_t>(r * dim + c); }
 
-  PointBlock update(const Material& material, Real dt) {
-    PointBlock block;
-    block.count = count;
-    block.dt = dt;
-    for (std::size_t k = 0; k < F.size(); ++k) {
-      block.F[k] = F[k].data();
-      block.L[k] = L[k].data();
+  struct Outcome {
+    Real dissipated;
+    int first_inverted;
+  };
+
+  template <class Law>
+  Outcome update(const Law& law, Real dt) {
+    return dim == 2 ? update_in<2>(law, dt) : update_in<3>(law, dt);
+  }
+
+  /// Point p is in slot p / 8, lane p % 8.
+  template <int Dim, class Law>
+  Outcome update_in(const Law& law, Real dt) {
+    constexpr int lanes = k_lanes<Real>;
+    SlotLayout layout;
+    layout.F = 0;
+    layout.volume = Dim * Dim;
+    layout.history = layout.volume + 1;
+    layout.field_count = layout.history + static_cast<int>(history.size());
+    struct alignas(64) Line {
+      Real lane[lanes];
+    };
+    const int slots = static_cast<int>(count + lanes - 1) / lanes;
+    std::vector<Line> storage(static_cast<std::size_t>(slots * layout.field_count), Line{});
+    std::vector<Line> gradients(static_cast<std::size_t>(slots * Dim * Dim), Line{});
+    std::vector<Line> stresses(static_cast<std::size_t>(slots * k_stress_size<Dim>), Line{});
+    Line counts{}, J_min{}, J_max{};
+    std::vector<Real*> slot(static_cast<std::size_t>(slots));
+    for (int k = 0; k < slots; ++k) slot[static_cast<std::size_t>(k)] = storage[static_cast<std::size_t>(k * layout.field_count)].lane;
+    const auto field = [&](int f, std::size_t p) -> Real& { return storage[p / lanes * static_cast<std::size_t>(layout.field_count) + static_cast<std::size_t>(f)].lane[p % lanes]; };
+    const auto n = static_cast<std::size_t>(count);
+    for (std::size_t p = 0; p < n; ++p) {
+      counts.lane[p % lanes] += 1;
+      field(layout.volume, p) = volume0[p];
+      for (std::size_t h = 0; h < history.size(); ++h) field(layout.history + static_cast<int>(h), p) = history[h][p];
+      for (std::size_t k = 0; k < F.size(); ++k) {
+        field(layout.F + static_cast<int>(k), p) = F[k][p];
+        gradients[p / lanes * F.size() + k].lane[p % lanes] = L[k][p];
+      }
     }
-    for (std::size_t k = 0; k < tau.size(); ++k) block.tau[k] = tau[k].data();
-    std::vector<Real*> columns;
-    for (std::vector<Real>& column : history) columns.push_back(column.data());
-    block.history = columns.data();
-    block.volume0 = volume0.data();
-    block.dissipated = -5;  // what was there before is no part of the sum
-    block.first_inverted = 3;
-    material.update(block, dim);
-    return block;
+    LawChunk<Real> chunk;
+    chunk.slot_count = slots;
+    chunk.slots = slot.data();
+    chunk.counts = counts.lane;
+    chunk.layout = layout;
+    chunk.dt = dt;
+    chunk.L = gradients[0].lane;
+    chunk.tau = stresses[0].lane;
+    chunk.J_min = J_min.lane;
+    chunk.J_max = J_max.lane;
+    chunk.dissipated = -5;  // what was there before is no part of the sum
+    update_law<Law, Dim, Real>(&law, chunk);
+    for (std::size_t p = 0; p < n; ++p) {
+      for (std::size_t h = 0; h < history.size(); ++h) history[h][p] = field(layout.history + static_cast<int>(h), p);
+      for (std::size_t k = 0; k < F.size(); ++k) F[k][p] = field(layout.F + static_cast<int>(k), p);
+      for (std::size_t s = 0; s < tau.size(); ++s) tau[s][p] = stresses[p / lanes * tau.size() + s].lane[p % lanes];
+    }
+    return {chunk.dissipated, chunk.bad_slot < 0 ? -1 : chunk.bad_slot * lanes + chunk.bad_lane};
   }
 
   /// 3x3 with the given number at zz in 2D.
@@ -116,7 +158,7 @@ TYPED_TEST(MaterialUpdateTest, block_gets_new_F_stress_and_dissipation_of_each_p
     const Real dt = 0.01;
     const Points before(dim, 37, k_history_size<Law>, 10);  // odd: the remainder of a vectorised loop counts, too
     Points after = before;
-    const PointBlock block = after.update(material, dt);
+    const Points::Outcome block = after.update(material.law, dt);
     Real dissipated = 0;
     for (std::size_t p = 0; p < 37; ++p) {
       const Eigen::Matrix3d L = before.tensor(before.L, p, 0);
@@ -164,14 +206,14 @@ TEST(MaterialUpdate, first_inverted_point_is_named_and_the_others_are_right) {
     material.law = sample_law<NeoHookean>(0);
     const Points before(dim, 9, 0, 10);
     Points healthy = before;
-    healthy.update(material, 0.01);
+    healthy.update(material.law, 0.01);
     for (const Real bad : {-300.0, std::numeric_limits<Real>::quiet_NaN(), std::numeric_limits<Real>::infinity()}) {
       Points points = before;
       for (const std::size_t p : {std::size_t{4}, std::size_t{6}}) {
         for (std::size_t k = 0; k < points.L.size(); ++k) points.L[k][p] = 0;
         points.L[0][p] = bad;  // 1 + L dt = -2: turned inside out
       }
-      const PointBlock block = points.update(material, 0.01);
+      const Points::Outcome block = points.update(material.law, 0.01);
       EXPECT_EQ(block.first_inverted, 4);
       for (std::size_t p = 0; p < 9; ++p) {
         if (p == 4 || p == 6) continue;
@@ -195,7 +237,7 @@ TEST(MaterialUpdate, history_of_a_law_goes_from_step_to_step_with_its_point) {
       for (std::size_t p = 0; p < 5; ++p) {
         for (int d = 0; d < dim; ++d) points.L[points.index(d, d)][p] = (step % 3 == 0 ? 1.0 : -0.3) * (1 + static_cast<Real>(p)) * 0.2;
       }
-      points.update(material, dt);
+      points.update(material.law, dt);
       for (std::size_t p = 0; p < 5; ++p) {
         largest[p] = std::max(largest[p], points.tensor(points.F, p, 1).determinant());
         EXPECT_NEAR(points.history[0][p], largest[p], 10 * k_epsilon);
@@ -220,7 +262,7 @@ TEST(MaterialUpdate, damage_grows_on_loading_and_stays_on_unloading) {
   Real energy_max = 0;
   for (int step = 0; step < 20; ++step) {
     points.L[1][0] = step < 10 ? 0.5 : -0.3;  // shear, and back
-    points.update(material, 0.1);
+    points.update(material.law, 0.1);
     const Eigen::Matrix3d F = points.tensor(points.F, 0, 1);
     energy_max = std::max(energy_max, virgin.energy_density(from_eigen(F)));
     const Eigen::Matrix3d tau = std::exp(-energy_max / 500) * stress(virgin, F);
@@ -230,14 +272,35 @@ TEST(MaterialUpdate, damage_grows_on_loading_and_stays_on_unloading) {
   EXPECT_LT(virgin.energy_density(from_eigen(points.tensor(points.F, 0, 1))), 0.9 * energy_max) << "it should be on the way back";
 }
 
-TEST(MaterialUpdate, inverted_point_keeps_its_history) {
-  LawMaterial<Ratchet> material;
-  Points points(2, 3, 2, 0);
-  points.history[0][1] = 1.5;
-  points.L[0][1] = -1000;
-  EXPECT_EQ(points.update(material, 0.1).first_inverted, 1);
-  EXPECT_EQ(points.history[0][1], 1.5);
-  EXPECT_EQ(points.history[1][0], 1);
+/// The ratchet written with a branch.
+struct BranchingRatchet : Ratchet {
+  static constexpr bool is_scalar_only = true;
+  template <class M, class T = typename M::Scalar>
+  M kirchhoff_stress(const Kinematics<M>& k, const History<T>& old_history, History<T>& updated) const {
+    const T J = determinant(k.F);
+    updated = {old_history.largest_J, T(old_history.count + 1)};
+    if (J > old_history.largest_J) updated.largest_J = J;
+    return M::diagonal(T(stiffness * (updated.largest_J - 1)));
+  }
+};
+
+TEST(MaterialUpdate, law_that_branches_runs_lane_by_lane_to_the_same_numbers) {
+  for (const int dim : {2, 3}) {
+    Points packed(dim, 21, 2, 5);
+    Points lane_by_lane = packed;
+    for (int step = 0; step < 3; ++step) {
+      packed.update(Ratchet{}, 0.01);
+      lane_by_lane.update(BranchingRatchet{}, 0.01);
+    }
+    // F is the same text; what the law makes of it may differ by fused products in J.
+    EXPECT_EQ(packed.F, lane_by_lane.F);
+    for (std::size_t p = 0; p < 21; ++p) {
+      EXPECT_LT((packed.stress_of(p) - lane_by_lane.stress_of(p)).norm(), 100 * k_epsilon);
+      EXPECT_EQ(packed.history[1][p], lane_by_lane.history[1][p]);
+    }
+  }
+  EXPECT_TRUE(static_cast<const Material&>(LawMaterial<BranchingRatchet>{}).is_scalar_only());
+  EXPECT_FALSE(static_cast<const Material&>(LawMaterial<Ratchet>{}).is_scalar_only());
 }
 
 TEST(MaterialUpdate, laws_without_history_energy_or_viscosity_have_none) {
