@@ -1,0 +1,272 @@
+// Fluids: a column of water at rest and ringing, a drop that is stretched, flow between plates, a dam break against an experiment.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "verify/analytic.hpp"
+
+namespace matpoint {
+namespace {
+
+constexpr Real k_pi = std::numbers::pi;
+
+// --- column of water -------------------------------------------------------------------------------------------------
+// H = 1 m, c0 = 200 m/s: compressed by its weight by rho g H / (2 rho c0^2) = 1.2e-4 on average, so that small-strain formulas hold to that.
+constexpr const char* k_column = R"(
+gravity = [0, -10]
+[grid]
+upper = [1, 1]
+cells = [1, 1]
+[time]
+dt = 2.5e-5
+end = 0.1
+[solver]
+stress_order = "usl"
+[[body]]
+name = "water"
+region = { type = "box", lower = [0, 0], upper = [1, 1] }
+layout = { type = "per_cell", count = 4 }
+material = { type = "newtonian_fluid", density = 1000, pressure_scale = 5714285.714285715, gamma = 7 }
+[[boundary]]
+side = "left"
+kind = "slip"
+[[boundary]]
+side = "right"
+kind = "slip"
+[[boundary]]
+side = "bottom"
+kind = "slip"
+)";
+
+Sets column_sets(int cells, const Sets& more) {
+  const Real h = 1.0 / cells;
+  Sets sets = {fmt::format("grid.upper=[{:.17g},{:.17g}]", h, 1 + h), fmt::format("grid.cells=[1,{}]", cells + 1),
+               fmt::format("body.water.region.upper=[{:.17g},1]", h), fmt::format("time.dt={:.17g}", 5e-4 / cells)};
+  sets.insert(sets.end(), more.begin(), more.end());
+  return sets;
+}
+
+Measured ringing(const std::vector<int>& cells, const std::string& order) {
+  Measured m;
+  Real last_error = 0;
+  for (const int n : cells) {
+    Simulation sim(case_from_text("column", k_column, column_sets(n, {"solver.stress_order=" + order})));
+    ZeroCrossings crossings;
+    every(sim, 1, [&](const Simulation& s) { crossings.include(s.time(), s.solver().totals(0).momentum[1]); });
+    sim.run();
+    const Real period = crossings.period();
+    m[fmt::format("period_{}_{}_cells", order, n)] = period;
+    if (last_error != 0) m[fmt::format("period_error_ratio_{}_{}_cells", order, n)] = last_error / (period - 0.02);
+    last_error = period - 0.02;
+  }
+  return m;
+}
+
+Measured hydrostatic() {
+  Measured m;
+  Real last_error = 0;
+  for (const int n : {10, 20, 40}) {
+    // Nearly critical damping of the first mode, 2 w = 628 1/s.
+    Simulation sim(case_from_text("column", k_column, column_sets(n, {"solver.damping=400", "time.end=0.15"})));
+    sim.run();
+    const std::vector<Real> y = component(sim, 0, "position", 1);
+    const std::vector<Real> p = component(sim, 0, "pressure", 0);
+    Real error = 0;
+    std::vector<Real> cell_mean(static_cast<std::size_t>(n), 0);
+    for (std::size_t k = 0; k < y.size(); ++k) {
+      error = std::max(error, std::abs(p[k] / 1e4 - (1 - y[k])));
+      cell_mean[static_cast<std::size_t>(y[k] * n)] += p[k] / 1e4 / 4;
+    }
+    Real cell_error = 0;
+    for (std::size_t c = 0; c < cell_mean.size(); ++c) {
+      cell_error = std::max(cell_error, std::abs(cell_mean[c] - (1 - (static_cast<Real>(c) + 0.5) / n)));
+    }
+    m[fmt::format("pressure_error_{}_cells", n)] = error;
+    m[fmt::format("pressure_error_cell_mean_{}_cells", n)] = cell_error;
+    if (last_error != 0) m[fmt::format("pressure_error_ratio_{}_cells", n)] = last_error / error;
+    last_error = error;
+  }
+  return m;
+}
+
+// --- elliptic drop ---------------------------------------------------------------------------------------------------
+constexpr const char* k_drop = R"(
+[grid]
+lower = [-3, -3]
+upper = [3, 3]
+cells = [60, 60]
+[time]
+dt = 1e-5
+end = 0.0076
+[[body]]
+name = "drop"
+region = { type = "disk", center = [0, 0], radius = 1 }
+layout = { type = "per_cell", count = 16 }
+velocity = { type = "linear", gradient = [[-100, 0], [0, 100]] }
+material = { type = "newtonian_fluid", density = 1000, pressure_scale = 2.8e8, gamma = 7 }
+)";
+
+/// Semi-axis b from the second moment, <y^2> = b^2 / 4 in an ellipse, relative to the start: the particles at the rim lie inside of it.
+Measured elliptic_drop(int cells) {
+  Simulation sim(case_from_text("elliptic_drop", k_drop, {fmt::format("grid.cells=[{0},{0}]", cells), fmt::format("time.dt={:.17g}", 6e-4 / cells)}));
+  const auto moment = [](const Simulation& s, std::size_t c) {
+    Real sum = 0;
+    for (const Real value : component(s, 0, "position", c)) sum += value * value;
+    return std::sqrt(sum);
+  };
+  const Real b0 = moment(sim, 1);
+  const Real a0 = moment(sim, 0);
+  Measured m;
+  const std::string tail = fmt::format("_{}_cells", cells);
+  for (const auto& [label, t] : {std::pair("b_t0.0008", 0.0008), std::pair("b_t0.0038", 0.0038), std::pair("b_t0.0076", 0.0076)}) {
+    at(sim, t, [&, name = label + tail](const Simulation& s) { m[name] = moment(s, 1) / b0; });
+  }
+  sim.run();
+  m["area_t0.0076" + tail] = moment(sim, 0) / a0 * moment(sim, 1) / b0;
+  m["transfer_loss" + tail] = transfer_loss(sim) / sim.initial_energy();
+  return m;
+}
+
+// --- flow between plates ---------------------------------------------------------------------------------------------
+constexpr Real k_force = 2e-4;      // F [m/s^2]
+constexpr Real k_nu = 1e-6;         // [m^2/s]
+constexpr Real k_gap = 1e-3;        // L [m]
+constexpr Real k_peak = k_force * k_gap * k_gap / (8 * k_nu);
+
+/// Source: Morris, Fox & Zhu (1997), eq. 21.
+Real plate_velocity(Real y, Real t) {
+  Real v = k_force / (2 * k_nu) * y * (k_gap - y);
+  for (int n = 0; n < 50; ++n) {
+    const Real k = (2 * n + 1) * k_pi / k_gap;
+    v -= 4 * k_force / (k_nu * k_gap * k * k * k) * std::sin(k * y) * std::exp(-k_nu * k * k * t);
+  }
+  return v;
+}
+
+/// Greatest error of the particles' velocities along the plates, over the peak velocity.
+Real plate_error(const Simulation& sim) {
+  const std::vector<Real> y = component(sim, 0, "position", 1);
+  const std::vector<Real> v = component(sim, 0, "velocity", 0);
+  Real worst = 0;
+  for (std::size_t p = 0; p < y.size(); ++p) worst = std::max(worst, std::abs(v[p] - plate_velocity(y[p], sim.time())) / k_peak);
+  return worst;
+}
+
+/// The same of the nodes.
+Real plate_error_of_nodes(const Simulation& sim) {
+  const GridGeometry& grid = sim.solver().grid();
+  for (const Field& field : sim.solver().grid_fields()) {
+    if (field.name != "velocity") continue;
+    Real worst = 0;
+    for (int j = 0; j < grid.nodes[1]; ++j) {
+      const Real v = field.values[static_cast<std::size_t>(field.components) * static_cast<std::size_t>(j) * static_cast<std::size_t>(grid.nodes[0])];
+      worst = std::max(worst, std::abs(v - plate_velocity(j * grid.cell_size[1], sim.time())) / k_peak);
+    }
+    return worst;
+  }
+  throw SolverError("the grid has no field \"velocity\"");
+}
+
+Measured plates(const std::vector<int>& cells, const std::string& order) {
+  Measured m;
+  Real last_error = 0;
+  for (const int n : cells) {
+    const Real h = k_gap / n;
+    Simulation sim(load_case("poiseuille", {"solver.stress_order=" + order, fmt::format("grid.upper=[{:.17g},1e-3]", 4 * h), fmt::format("grid.cells=[4,{}]", n),
+                                            fmt::format("body.water.region.upper=[{:.17g},1e-3]", 4 * h), fmt::format("time.dt={:.17g}", 0.05 * h * h / k_nu)}));
+    const std::string tail = fmt::format("_{}_{}_cells", order, n);
+    at(sim, 0.225, [&](const Simulation& s) { m["velocity_error_t0.225" + tail] = plate_error(s); });
+    sim.run();
+    const Real error = plate_error(sim);
+    m["velocity_error" + tail] = error;
+    m["nodal_velocity_error" + tail] = plate_error_of_nodes(sim);
+    if (last_error != 0) m["velocity_error_ratio" + tail] = last_error / error;
+    last_error = error;
+  }
+  return m;
+}
+
+// --- dam break against the experiment --------------------------------------------------------------------------------
+constexpr const char* k_martin_moyce = R"(
+gravity = [0, -9.81]
+[grid]
+upper = [0.4, 0.15]
+cells = [56, 21]
+[time]
+dt = 1e-4
+end = 0.24
+[[body]]
+name = "water"
+region = { type = "box", lower = [0, 0], upper = [0.05715, 0.1143] }
+layout = { type = "per_cell", count = 4 }
+material = { type = "newtonian_fluid", density = 1000, pressure_scale = 16000, gamma = 7, viscosity = 1e-3 }
+[[boundary]]
+side = "left"
+kind = "slip"
+[[boundary]]
+side = "bottom"
+kind = "slip"
+)";
+
+/// Front over the column's width at the times of Martin & Moyce (1952), n^2 = 2, a = 2.25 in; tau = t sqrt(2 g / a).
+const std::vector<std::pair<Real, Real>>& martin_moyce() {
+  static const std::vector<std::pair<Real, Real>> points = {{0.832, 1.217}, {1.219, 1.474}, {1.997, 2.292}, {2.547, 2.995}, {3.345, 4.134}, {4.034, 4.944}};
+  return points;
+}
+
+Measured dam_front() {
+  Simulation sim(case_from_text("dam_experiment", k_martin_moyce));
+  Measured m;
+  const Real a = 0.05715;
+  for (const auto& [tau, front] : martin_moyce()) {
+    at(sim, tau / std::sqrt(2 * 9.81 / a), [&, name = fmt::format("front_tau_{}", tau)](const Simulation& s) { m[name] = s.solver().totals(0).upper[0] / a; });
+  }
+  sim.run();
+  m["momentum_remainder"] = momentum_remainder(sim) / std::abs(momentum(sim)[0]);
+  return m;
+}
+
+}  // namespace
+
+void add_fluids(VerifySuite& suite) {
+  const std::string ring = "closed form, period 4 H / c0";
+  add_problem(suite, {"water_column", "rings, 10 to 40 cells, USL", "", true, true, 1e7, {}, [] { return ringing({10, 20, 40}, "usl"); }},
+              {within("period_usl_10_cells", 0.02, 1, ring), within("period_usl_20_cells", 0.02, 1, ring), within("period_usl_40_cells", 0.02, 1, ring),
+               within("period_error_ratio_usl_20_cells", 4, 1, "second order")});
+  add_problem(suite, {"water_column", "rings, 20 cells, MUSL", "", true, true, 1e6, {}, [] { return ringing({20}, "musl"); }},
+              {within("period_musl_20_cells", 0.02, 1, ring)});
+  const std::string rest = "closed form, p = rho g (H - y)";
+  add_problem(suite, {"water_column", "comes to rest, 10 to 40 cells, USL", "", true, true, 1.5e7, {}, hydrostatic},
+              {at_most("pressure_error_10_cells", 1, rest), at_most("pressure_error_20_cells", 1, rest), at_most("pressure_error_40_cells", 1, rest),
+               within("pressure_error_ratio_20_cells", 2, 1, "first order"), within("pressure_error_ratio_40_cells", 2, 1, "first order"),
+               at_most("pressure_error_cell_mean_10_cells", 1, rest), at_most("pressure_error_cell_mean_20_cells", 1, rest),
+               at_most("pressure_error_cell_mean_40_cells", 1, rest)});
+  const std::string monaghan = "Monaghan (1994): dA/dt = A^2 (a^4 - 1) / (a^4 + 1)";
+  for (const int cells : {60, 120, 240}) {
+    const std::string tail = fmt::format("_{}_cells", cells);
+    add_problem(suite,
+                {"elliptic_drop", fmt::format("free drop, {} cells in its diameter, MUSL", cells / 3), "", cells < 240, true, 0.64 * cells * cells * cells, {},
+                 [=] { return elliptic_drop(cells); }},
+                {within("b_t0.0008" + tail, 1.0831, 1, monaghan), within("b_t0.0038" + tail, 1.4392, 1, monaghan), within("b_t0.0076" + tail, 1.9445, 1, monaghan),
+                 within("area_t0.0076" + tail, 1, 1, "area is kept"), within("transfer_loss" + tail, 0, 1, "energy is kept")});
+  }
+  const std::string poiseuille = "closed form, v = F y (L - y) / (2 nu)";
+  const std::string series = "Morris, Fox & Zhu (1997), transient series";
+  add_problem(suite, {"poiseuille", "10 and 20 cells, USL", "poiseuille", true, true, 5e6, {}, [] { return plates({10, 20}, "usl"); }},
+              {at_most("velocity_error_usl_10_cells", 1, poiseuille), at_most("velocity_error_usl_20_cells", 1, poiseuille),
+               at_most("velocity_error_t0.225_usl_10_cells", 1, series), at_most("velocity_error_t0.225_usl_20_cells", 1, series),
+               at_most("nodal_velocity_error_usl_10_cells", 1, poiseuille), at_most("nodal_velocity_error_usl_20_cells", 1, poiseuille),
+               within("velocity_error_ratio_usl_20_cells", 4, 1, "second order")});
+  add_problem(suite, {"poiseuille", "20 cells, MUSL", "poiseuille", true, true, 4e6, {}, [] { return plates({20}, "musl"); }},
+              {at_most("velocity_error_musl_20_cells", 1, poiseuille), at_most("velocity_error_t0.225_musl_20_cells", 1, series),
+               at_most("nodal_velocity_error_musl_20_cells", 1, poiseuille)});
+  std::vector<VerifyRow> rows = {at_most("momentum_remainder", 1e-9, "momentum ledger")};
+  for (const auto& [tau, front] : martin_moyce()) {
+    rows.push_back(reported(fmt::format("front_tau_{}", tau), front, "Martin & Moyce (1952), experiment"));
+  }
+  add_problem(suite, {"dam_experiment", "front of a column that collapses, MUSL", "", true, true, 1.2e6, {}, dam_front}, std::move(rows));
+}
+
+}  // namespace matpoint
