@@ -7,8 +7,8 @@
 //   S = 0.625 + 0.375 cos(b h)         two at a quarter and three quarters
 //
 // while the internal forces are those of linear finite elements with lumped mass, (2 c / h)^2 sin^2(b h / 2). So for small dt FLIP
-// oscillates with w_h = (2 c / h) sin(b h / 2) sqrt(S), which is below w = b c by (b h)^2 / 6 for one particle and by 0.135 (b h)^2 for two;
-// and PIC multiplies velocities by S in every step. Both hold as long as no particle changes its cell.
+// oscillates with w_h = (2 c / h) sin(b h / 2) sqrt(S), which is below w = b c by (b h)^2 / 6 for one particle and by 0.135 (b h)^2 for
+// two; and PIC multiplies velocities by S in every step. Both hold as long as no particle changes its cell.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -21,8 +21,8 @@ namespace matpoint {
 namespace {
 
 constexpr Real k_pi = std::numbers::pi;
-constexpr Real k_length = 25;   // [m]
-constexpr Real k_speed = 10;    // sqrt(E / rho) [m/s]
+constexpr Real k_length = 25;  // [m]
+constexpr Real k_speed = 10;   // sqrt(E / rho) [m/s]
 
 /// b of a mode [rad/m].
 Real wave_number(int mode) { return (2 * mode - 1) * k_pi / (2 * k_length); }
@@ -36,10 +36,10 @@ Real discrete_frequency(int cells, int mode) {
 struct BarOptions {
   int cells = 25;
   int mode = 1;
-  Real v0 = 0.1;         ///< [m/s]
+  Real v0 = 0.1;  ///< [m/s]
   Real periods = 3;
   Real steps_per_period = 2000;
-  Sets sets;             ///< Further changes of the case.
+  Sets sets;  ///< Further changes of the case.
 };
 
 Case bar_case(const BarOptions& options) {
@@ -57,9 +57,9 @@ Case bar_case(const BarOptions& options) {
 }
 
 struct BarMotion {
-  Real period = 0;           ///< [s]
-  Real velocity_error = 0;   ///< Greatest error of the centre of mass' velocity over its amplitude [1].
-  Real energy_ratio = 0;     ///< Energy at the end over that of the start [1].
+  Real period = 0;               ///< [s]
+  Real velocity_error = 0;       ///< Greatest error of the centre of mass' velocity over its amplitude [1].
+  Real energy_ratio = 0;         ///< Energy at the end over that of the start [1].
   std::vector<Real> velocities;  ///< Of the centre of mass after each step [m/s].
 };
 
@@ -89,6 +89,7 @@ Measured first_mode() {
   const BarMotion fine = bar_motion(options);
   return {{"period_mode1_25_cells", coarse.period},
           {"period_mode1_50_cells", fine.period},
+          {"velocity_error_ratio_mode1", coarse.velocity_error / fine.velocity_error},
           {"velocity_error_mode1_25_cells", coarse.velocity_error},
           {"velocity_error_mode1_50_cells", fine.velocity_error},
           {"energy_ratio_mode1_flip", fine.energy_ratio}};
@@ -137,7 +138,8 @@ Measured bar_3d() {
   const std::vector<Real> flat = bar_motion(options).velocities;
   const auto difference = [&](bool is_periodic) {
     const Case problem = bar_case(options);
-    const std::string text = fmt::format(R"(
+    const std::string text =
+        fmt::format(R"(
 dim = 3
 boundary = [{{ side = "left", kind = "fixed", components = ["x"] }}{}]
 [grid]
@@ -156,10 +158,9 @@ layout = {{ type = "per_cell", count = 1 }}
 velocity = {{ type = "sine", value = [0.1, 0, 0], wave_vector = [{:.17g}, 0, 0] }}
 material = {{ type = "neo_hookean", density = 1, youngs_modulus = 100, poissons_ratio = 0 }}
 )",
-                                   is_periodic ? ""
-                                               : R"(, { side = "bottom", kind = "slip" }, { side = "top", kind = "slip" },
+                    is_periodic ? "" : R"(, { side = "bottom", kind = "slip" }, { side = "top", kind = "slip" },
   { side = "front", kind = "slip" }, { side = "back", kind = "slip" })",
-                                   is_periodic ? "periodic = [\"y\", \"z\"]" : "", *problem.time.dt, problem.time.end, wave_number(1));
+                    is_periodic ? "periodic = [\"y\", \"z\"]" : "", *problem.time.dt, problem.time.end, wave_number(1));
     Simulation sim(case_from_text("bar_3d", text));
     Real worst = 0;
     every(sim, 1, [&](const Simulation& s) {
@@ -249,22 +250,22 @@ kind = "slip"
 )";
 
 struct Collision {
-  Real stress = 0;         ///< Greatest mean compressive stress of a bar [Pa].
-  Real contact_time = 0;   ///< From the impulse and the force in the middle of the contact [s].
-  Real restitution = 0;    ///< Momentum of a bar at the end over the one before, with its sign changed [1].
+  Real stress = 0;        ///< Greatest mean compressive stress of a bar [Pa].
+  Real contact_time = 0;  ///< From the impulse and the force in the middle of the contact [s].
+  Real restitution = 0;   ///< Momentum of a bar at the end over the one before, with its sign changed [1].
   Real energy_ratio = 0;
 };
 
 /// Bars of 10 m with one empty cell between them: the particles at their ends enter it, and with that meet, at one time.
 Collision collide(int cells) {
   const Real h = 10.0 / cells;
-  Simulation sim(case_from_text("colliding_bars", k_colliding_bars,
-                                {fmt::format("grid.upper=[{:.17g},{:.17g}]", h * (2 * cells + 5), h), fmt::format("grid.cells=[{},1]", 2 * cells + 5),
-                                 fmt::format("time.dt={:.17g}", 0.1 * h / k_speed),
-                                 fmt::format("body.left.region.lower=[{:.17g},0]", 2 * h),
-                                 fmt::format("body.left.region.upper=[{:.17g},{:.17g}]", (cells + 2) * h, h),
-                                 fmt::format("body.right.region.lower=[{:.17g},0]", (cells + 3) * h),
-                                 fmt::format("body.right.region.upper=[{:.17g},{:.17g}]", (2 * cells + 3) * h, h)}));
+  Simulation sim(
+      case_from_text("colliding_bars", k_colliding_bars,
+                     {fmt::format("grid.upper=[{:.17g},{:.17g}]", h * (2 * cells + 5), h), fmt::format("grid.cells=[{},1]", 2 * cells + 5),
+                      fmt::format("time.dt={:.17g}", 0.1 * h / k_speed), fmt::format("body.left.region.lower=[{:.17g},0]", 2 * h),
+                      fmt::format("body.left.region.upper=[{:.17g},{:.17g}]", (cells + 2) * h, h),
+                      fmt::format("body.right.region.lower=[{:.17g},0]", (cells + 3) * h),
+                      fmt::format("body.right.region.upper=[{:.17g},{:.17g}]", (2 * cells + 3) * h, h)}));
   const Real P = sim.solver().totals(0).momentum[0];
   Collision result;
   Real t_first = 0;  // when three quarters, and when a quarter of the momentum were left
@@ -303,31 +304,50 @@ Measured colliding_bars() {
 void add_bars(VerifySuite& suite) {
   const std::string exact = "closed form, v = v0 sin(b x) cos(w t)";
   const std::string discrete = "closed form of the discrete bar, w_h = (c / h) sin(b h)";
+  // Strains up to v0 / c = 0.01 shift frequencies by some (v0 / c)^2 = 1e-4 beyond the linear theory, phases in 3 periods by some 2e-3.
+  // The discrete bar is late by (b h)^2 / 6 = 6.6e-4 of a period with 25 cells: a velocity error of 6 pi 6.6e-4 = 0.0124 after 3 periods.
   add_problem(suite, {"axial_bar", "mode 1, 25 and 50 cells, USL", "bar", true, true, 4.5e5, {}, first_mode},
-              {within("period_mode1_25_cells", 10, 8e-3, exact), within("period_mode1_50_cells", 10, 2e-3, exact),
-               at_most("velocity_error_mode1_25_cells", 1, exact), at_most("velocity_error_mode1_50_cells", 1, exact),
-               within("energy_ratio_mode1_flip", 1, 1, exact)});
-  add_problem(suite, {"axial_bar", "mode 10, 50 to 200 cells, USL", "bar", true, true, 1.8e6, {}, [] { return tenth_mode({50, 100, 200}); }},
-              {within("frequency_mode10_50_cells", discrete_frequency(50, 10), 1, discrete),
-               within("frequency_mode10_100_cells", discrete_frequency(100, 10), 1, discrete),
-               within("frequency_mode10_200_cells", 11.938052, 1, exact),
-               within("frequency_error_ratio_mode10_100_cells", 4, 1, "second order"),
-               within("frequency_error_ratio_mode10_200_cells", 4, 1, "second order"),
-               within("energy_ratio_mode10_200_cells", 1, 1, exact)});
+              {within("period_mode1_25_cells", 2 * k_pi / discrete_frequency(25, 1), 5e-4, discrete),
+               within("period_mode1_50_cells", 2 * k_pi / discrete_frequency(50, 1), 5e-4, discrete),
+               at_most("velocity_error_mode1_25_cells", 0.0124, exact), at_most("velocity_error_mode1_50_cells", 0.0032, exact),
+               within("velocity_error_ratio_mode1", 4, 0.2, "second order"), within("energy_ratio_mode1_flip", 1, 5e-5, exact)});
+  add_problem(
+      suite,
+      {"axial_bar",
+       "mode 10, 50 to 200 cells, USL",
+       "bar",
+       true,
+       true,
+       1.8e6,
+       {},
+       [] {
+         return tenth_mode({50, 100, 200});
+       }},
+      {within("frequency_mode10_50_cells", discrete_frequency(50, 10), 4e-3, discrete),
+       within("frequency_mode10_100_cells", discrete_frequency(100, 10), 4e-3, discrete),
+       within("frequency_mode10_200_cells", discrete_frequency(200, 10), 4e-3, discrete),
+       within("frequency_error_ratio_mode10_100_cells", 4, 0.2, "second order"),
+       within("frequency_error_ratio_mode10_200_cells", 4, 0.3, "second order; the nonlinear shift of 1e-4 is a part of the error here"),
+       within("energy_ratio_mode10_200_cells", 1, 0.01, exact)});
+  // PIC: velocities times S per step, so the energy falls as exp(-(1 - S) t / dt); 500 steps.
+  const Real pic = std::exp(-500 * std::pow(std::sin(wave_number(1) * k_length / 25 / 2), 2));
   add_problem(suite, {"axial_bar", "mode 1 with USL, USF, MUSL and PIC", "bar", true, true, 5e4, {}, schemes},
-              {within("energy_ratio_mode1_usl", 1, 1, exact), within("energy_ratio_mode1_usf", 1, 1, exact),
-               within("energy_ratio_mode1_musl", 1, 1, exact), within("energy_ratio_mode1_pic", 0.611, 1, "closed form")});
+              {within("energy_ratio_mode1_usl", 1, 2e-4, exact), within("energy_ratio_mode1_usf", 1, 1e-4, exact),
+               within("energy_ratio_mode1_musl", 1, 1e-4, exact),
+               within("energy_ratio_mode1_pic", pic, 0.003, "closed form of the discrete bar, exp(-(1 - S) t / dt)")});
   add_problem(suite, {"axial_bar", "in 3D with slip and with periodic sides", "bar", true, true, 4e4, {}, bar_3d},
-              {at_most("difference_3d_slip", 1e-6, "the same in 2D"), at_most("difference_3d_periodic", 1e-6, "the same in 2D")});
+              {at_most("difference_3d_slip", 1e-12, "the same in 2D"), at_most("difference_3d_periodic", 1e-12, "the same in 2D")});
+  // d(ln F)/dt = v, dv/dt = -E/2 (F^2 - 1): with A = v0 / w = 0.0159 the period is 1 + A^2 / 6 = 1.000042.
+  const std::string spring = "closed form, w = sqrt(E / rho) / l; + A^2 / 6 = 4.2e-5";
   add_problem(suite, {"one_particle", "one particle between two nodes, USL and MUSL", "", true, true, 2e4, {}, oscillator},
-              {within("period_usl", 1, 1, exact), within("period_musl", 1, 1, exact), within("velocity_amplitude_usl", 0.1, 1, exact),
-               within("velocity_amplitude_musl", 0.1, 1, exact)});
-  const std::string impact = "closed form, stress rho c v, contact 2 L / c";
+              {within("period_usl", 1, 5e-5, spring), within("period_musl", 1, 5e-5, spring),
+               within("velocity_amplitude_usl", 0.1, 1.2e-3, spring), within("velocity_amplitude_musl", 0.1, 5e-6, spring)});
+  const std::string impact = "closed form: stress rho c v, contact 2 L / c, velocities exchanged";
   add_problem(suite, {"colliding_bars", "two bars collide, 40 and 80 cells, MUSL", "", true, true, 4e6, {}, colliding_bars},
-              {within("stress_40_cells", 1, 1, impact), within("stress_80_cells", 1, 1, impact), within("contact_time_40_cells", 2, 1, impact),
-               within("contact_time_80_cells", 2, 1, impact), within("restitution_40_cells", 1, 1, impact),
-               within("restitution_80_cells", 1, 1, impact), within("energy_ratio_40_cells", 1, 1, impact),
-               within("energy_ratio_80_cells", 1, 1, impact)});
+              {within("stress_40_cells", 1, 0.03, impact), within("stress_80_cells", 1, 0.02, impact),
+               within("contact_time_40_cells", 2, 0.03, impact), within("contact_time_80_cells", 2, 0.015, impact),
+               within("restitution_40_cells", 1, 0.03, impact), within("restitution_80_cells", 1, 0.03, impact),
+               within("energy_ratio_40_cells", 1, 2.5e-3, impact), within("energy_ratio_80_cells", 1, 5e-4, impact)});
 }
 
 }  // namespace matpoint

@@ -127,27 +127,70 @@ Measured sphere(const std::string& suffix, const Sets& sets) {
 }  // namespace
 
 void add_solids(VerifySuite& suite) {
-  const std::string free = "free motion: energy, momentum and angular momentum are constant";
-  add_problem(suite, {"rotating_square", "turns and travels for 10 s, MUSL", "", true, true, 5e6, {}, [] { return rotating_square("", {}); }},
-              {at_most("kinetic_energy_max", 1, free), at_most("energy_max", 1, free), at_least("energy_end", 0, free),
-               at_least("angular_momentum_least", 0, free), at_most("angular_momentum_greatest", 2, free), at_most("momentum_remainder", 1e-11, free)});
+  // Linear shape functions make noise whenever particles change cells, and rotation goes into it: angular momentum falls, more slowly with
+  // smaller cells or more particles, whatever the time step. Kinetic energy never grows, the total one does by what the mass cutoff makes.
+  const std::string free = "free motion keeps energy and angular momentum";
+  const auto square_rows = [&](const std::string& suffix, Real energy_bound, Real angular_bound) {
+    return std::vector<VerifyRow>{
+        at_most("kinetic_energy_max" + suffix, 1, free),        at_most("energy_max" + suffix, 1 + energy_bound, free),
+        within("energy_end" + suffix, 1, energy_bound, free),   at_least("angular_momentum_least" + suffix, angular_bound, free),
+        at_most("angular_momentum_greatest" + suffix, 1, free), at_most("momentum_remainder" + suffix, 1e-12, "momentum up to the ledger")};
+  };
   add_problem(suite,
-              {"rotating_square", "the same with half the cell size", "", true, true, 4e7, {},
-               [] { return rotating_square("_fine", {"grid.cells=[48,32]", "time.dt=2.5e-4"}); }},
-              {at_most("kinetic_energy_max_fine", 1, free), at_most("energy_max_fine", 1, free), at_least("energy_end_fine", 0, free),
-               at_least("angular_momentum_least_fine", 0, free), at_most("angular_momentum_greatest_fine", 2, free),
-               at_most("momentum_remainder_fine", 1e-11, free)});
+              {"rotating_square",
+               "turns and travels for 10 s, 8 cells a side, MUSL",
+               "",
+               true,
+               true,
+               5e6,
+               {},
+               [] { return rotating_square("", {}); }},
+              square_rows("", 0.01, 0.5));
+  add_problem(suite,
+              {"rotating_square",
+               "the same with 16 particles per cell",
+               "",
+               false,
+               true,
+               2e7,
+               {},
+               [] { return rotating_square("_16_per_cell", {"body.square.layout.count=16"}); }},
+              square_rows("_16_per_cell", 0.005, 0.86));
+  add_problem(suite,
+              {"rotating_square",
+               "the same with half the cell size",
+               "",
+               false,
+               true,
+               4e7,
+               {},
+               [] {
+                 return rotating_square("_fine", {"grid.cells=[48,32]", "time.dt=2.5e-4"});
+               }},
+              square_rows("_fine", 0.017, 0.82));
   const std::string bounce = "conservation of energy and mirror symmetry";
   const auto rows = [&](const std::string& suffix) {
-    return std::vector<VerifyRow>{at_most("energy_error" + suffix, 0.02, bounce),        at_least("restitution" + suffix, 0.9, bounce),
-                                  at_least("strain_energy_greatest" + suffix, 0.5, bounce), at_most("asymmetry" + suffix, 1e-9, bounce),
-                                  at_most("momentum_sideways" + suffix, 1e-9, bounce),   at_most("mass_error" + suffix, 0, "exact"),
-                                  at_most("momentum_remainder" + suffix, 1e-11, bounce)};
+    return std::vector<VerifyRow>{at_most("energy_error" + suffix, 0.005, bounce),
+                                  at_least("restitution" + suffix, 0.9, "1 less what stays in vibrations"),
+                                  at_least("strain_energy_greatest" + suffix, 1, "m g (fall + squeeze) at rest on the floor"),
+                                  at_most("asymmetry" + suffix, 1e-12, bounce),
+                                  at_most("momentum_sideways" + suffix, 1e-14, bounce),
+                                  at_most("mass_error" + suffix, 0, "exact"),
+                                  at_most("momentum_remainder" + suffix, 1e-11, "momentum ledger")};
   };
-  add_problem(suite, {"sphere", "bounces on the floor, 3D, MUSL", "sphere", true, true, 2.2e6, {}, [] { return sphere("", {}); }}, rows(""));
+  add_problem(suite, {"sphere", "bounces on the floor, 3D, MUSL", "sphere", true, true, 2.2e6, {}, [] { return sphere("", {}); }},
+              rows(""));
   add_problem(suite,
-              {"sphere", "the same with half the cell size", "sphere", true, true, 3.6e7, {},
-               [] { return sphere("_fine", {"grid.cells=[24,24,24]", "time.dt=1e-4"}); }},
+              {"sphere",
+               "the same with half the cell size",
+               "sphere",
+               false,
+               true,
+               3.6e7,
+               {},
+               [] {
+                 return sphere("_fine", {"grid.cells=[24,24,24]", "time.dt=1e-4"});
+               }},
               rows("_fine"));
 }
 

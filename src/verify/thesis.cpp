@@ -41,8 +41,8 @@ Measured spring(const std::string& alpha, bool is_published) {
 
 // --- 8.2 truss -------------------------------------------------------------------------------------------------------
 Measured truss(int cells, int points, bool escapes) {
-  Simulation sim = make("truss", {fmt::format("grid.cells=[{},{}]", cells, cells), fmt::format("body.truss.layout.divisions=[{},{}]", points, points),
-                                  "grid.particles_outside=stop"});
+  Simulation sim = make("truss", {fmt::format("grid.cells=[{},{}]", cells, cells),
+                                  fmt::format("body.truss.layout.divisions=[{},{}]", points, points), "grid.particles_outside=stop"});
   const RunEnd end = sim.run();
   const std::string tail = fmt::format("{}x{}_{}", cells, cells, points);
   if (escapes) return {{"escape_time_" + tail, end == RunEnd::particle_left ? sim.time() : std::numeric_limits<Real>::infinity()}};
@@ -298,59 +298,94 @@ Measured floating(Sets sets, const std::string& suffix) {
           {"energy_remainder_over_max_KE" + suffix, std::abs(transfer_loss(sim)) / KE_max}};
 }
 
-}  // namespace
+using Names = std::vector<std::string>;
 
-VerifySuite thesis_suite() {
-  VerifySuite suite;
-  suite.rows = acceptance_rows();
-  const auto add = [&](std::string group, std::string name, std::string case_name, Presets presets, double cost,
-                       std::vector<std::string> quantities, std::function<Measured()> run) {
-    suite.jobs.push_back({std::move(group), std::move(name), std::move(case_name), presets != Presets::full, presets != Presets::quick, cost,
-                          std::move(quantities), std::move(run)});
-  };
-  add("8.1", "spring, alpha = 15", "spring", Presets::both, 2e5,
-      {"mean_u_alpha15_20000_steps", "final_u_alpha15", "energy_remainder_over_elastic"}, [] { return spring("15", true); });
-  add("8.1", "spring, alpha = 20", "spring", Presets::both, 2e5, {"mean_u_alpha20"}, [] { return spring("20", false); });
+class JobList {
+ public:
+  explicit JobList(std::vector<VerifyJob>& jobs) : jobs_(jobs) {}
+  /// Group and case of the jobs that follow.
+  void start(std::string group, std::string case_name) {
+    group_ = std::move(group);
+    case_name_ = std::move(case_name);
+  }
+  void add(const std::string& name, Presets presets, double cost, Names quantities, std::function<Measured()> run) {
+    jobs_.push_back(
+        {group_, name, case_name_, presets != Presets::full, presets != Presets::quick, cost, std::move(quantities), std::move(run)});
+  }
+
+ private:
+  std::vector<VerifyJob>& jobs_;
+  std::string group_;
+  std::string case_name_;
+};
+
+void add_solid_jobs(JobList& jobs) {
+  jobs.start("8.1", "spring");
+  jobs.add("spring, alpha = 15", Presets::both, 2e5, {"mean_u_alpha15_20000_steps", "final_u_alpha15", "energy_remainder_over_elastic"},
+           [] { return spring("15", true); });
+  jobs.add("spring, alpha = 20", Presets::both, 2e5, {"mean_u_alpha20"}, [] { return spring("20", false); });
+  jobs.start("8.2", "truss");
   for (const int points : {5, 20, 100}) {
     for (const int cells : {3, 4, 7, 8}) {
       const bool escapes = cells >= 7 && points <= 20;
       const double steps = escapes ? 6000 : 199500;
       const std::string tail = fmt::format("{0}x{0}_{1}", cells, points);
-      std::vector<std::string> quantities = {"ly_" + tail, "lx_" + tail};
-      if (escapes) quantities = {"escape_time_" + tail};
-      add("8.2", fmt::format("truss, {0} x {0} cells, {1} x {1} points", cells, points), "truss", points <= 20 ? Presets::both : Presets::full,
-          steps * points * points, quantities, [=] { return truss(cells, points, escapes); });
+      jobs.add(fmt::format("truss, {0} x {0} cells, {1} x {1} points", cells, points), points <= 20 ? Presets::both : Presets::full,
+               steps * points * points, escapes ? Names{"escape_time_" + tail} : Names{"ly_" + tail, "lx_" + tail},
+               [=] { return truss(cells, points, escapes); });
     }
   }
-  for (const auto& [law, label] : {std::pair("neo_hookean", "NH"), std::pair("st_venant_kirchhoff", "StVK")}) {
-    const std::string head = fmt::format("{}_ymin_t0.04_0.08_0.12", label);
-    add("8.2.1", fmt::format("slim truss, {}", law), "truss_slim", Presets::both, 3.6e7, {head + "[1]", head + "[2]", head + "[3]"},
-        [law = std::string(law), label = std::string(label)] { return truss_slim(law, label); });
+  jobs.start("8.2.1", "truss_slim");
+  for (const auto& [law, label] : {std::pair<std::string, std::string>("neo_hookean", "NH"), {"st_venant_kirchhoff", "StVK"}}) {
+    const std::string head = label + "_ymin_t0.04_0.08_0.12";
+    jobs.add("slim truss, " + law, Presets::both, 3.6e7, {head + "[1]", head + "[2]", head + "[3]"},
+             [law = law, label = label] { return truss_slim(law, label); });
   }
-  add("8.3", "disks, 316 points, USL", "disks", Presets::both, 6e7,
-      {"KE_initial", "KE_after_step_12157", "t_momentum_zero", "max_stored_energy", "t_max_U_thesis", "KE_min", "restitution_p",
-       "total_momentum_abs", "TE_end_over_TE0"},
-      [] { return disks_usl(); });
-  add("8.3", "disks, 316 points, MUSL", "disks", Presets::both, 3e7, {"TE_end_over_TE0_musl"}, [] { return disks_musl(); });
+  jobs.start("8.3", "disks");
+  jobs.add("disks, 316 points, USL", Presets::both, 6e7,
+           {"KE_initial", "KE_after_step_12157", "t_momentum_zero", "max_stored_energy", "t_max_U_thesis", "KE_min", "restitution_p",
+            "total_momentum_abs", "TE_end_over_TE0"},
+           [] { return disks_usl(); });
+  jobs.add("disks, 316 points, MUSL", Presets::both, 3e7, {"TE_end_over_TE0_musl"}, [] { return disks_musl(); });
+}
+
+void add_fluid_jobs(JobList& jobs) {
+  jobs.start("8.4", "dam");
   for (const std::string mu : {"0.01", "50", "220"}) {
-    add("8.4", "dam, mu = " + mu + ", USL", "dam", Presets::full, mu == "220" ? 7.7e9 : 2.6e9, dam_quantities(mu, ""),
-        [=] { return dam(mu, {}, ""); });
-    add("8.4", "dam, mu = " + mu + ", MUSL at 10 x the time step", "dam", Presets::both, mu == "220" ? 1.5e9 : 5e8, dam_quantities(mu, "_musl"),
-        [=] { return dam(mu, {"solver.stress_order=musl", "time.dt=1e-4"}, "_musl"); });
+    jobs.add("dam, mu = " + mu + ", USL", Presets::full, mu == "220" ? 7.7e9 : 2.6e9, dam_quantities(mu, ""),
+             [=] { return dam(mu, {}, ""); });
+    jobs.add("dam, mu = " + mu + ", MUSL at 10 x the time step", Presets::both, mu == "220" ? 1.5e9 : 5e8, dam_quantities(mu, "_musl"),
+             [=] {
+               return dam(mu, {"solver.stress_order=musl", "time.dt=1e-4"}, "_musl");
+             });
   }
-  add("8.5", "drop, three kappas, USL", "drop", Presets::full, 1.2e10, drop_quantities(""), [] { return drops({}, ""); });
-  add("8.5", "drop, three kappas, MUSL at 10 x the time step", "drop", Presets::both, 2.4e9, drop_quantities("_musl"),
-      [] { return drops({"solver.stress_order=musl", "time.dt=1e-5"}, "_musl"); });
-  add("8.6", "gravity current to t = 0.10, USL", "gravity_current", Presets::quick, 7.2e8, {"heavy_front_t0.10"},
-      [] { return gravity_current(0.1); });
-  add("8.6", "gravity current to t = 0.5, USL", "gravity_current", Presets::full, 3.6e9,
-      {"heavy_front_t0.10", "heavy_front_t0.25", "light_front_t0.25", "ybar_light_t0.5", "ybar_heavy_t0.5"}, [] { return gravity_current(0.5); });
-  add("8.6", "gravity current to t = 2, MUSL", "gravity_current", Presets::full, 5.8e9, {"ybar_light_minus_heavy_T2"},
-      [] { return gravity_current_musl(); });
-  const std::vector<std::string> floating_quantities = {"first_min_y", "t_first_min", "first_max_y", "y_t2", "energy_remainder_over_max_KE"};
-  add("8.7", "floating block to t = 2, USL", "float", Presets::full, 1.3e10, floating_quantities, [] { return floating({}, ""); });
-  add("8.7", "floating block to t = 2, MUSL at 10 x the time step", "float", Presets::both, 2.6e9, with_suffix(floating_quantities, "_musl"),
-      [] { return floating({"solver.stress_order=musl", "time.dt=1e-5"}, "_musl"); });
+  jobs.start("8.5", "drop");
+  jobs.add("drop, three kappas, USL", Presets::full, 1.2e10, drop_quantities(""), [] { return drops({}, ""); });
+  jobs.add("drop, three kappas, MUSL at 10 x the time step", Presets::both, 2.4e9, drop_quantities("_musl"), [] {
+    return drops({"solver.stress_order=musl", "time.dt=1e-5"}, "_musl");
+  });
+  jobs.start("8.6", "gravity_current");
+  jobs.add("gravity current to t = 0.10, USL", Presets::quick, 7.2e8, {"heavy_front_t0.10"}, [] { return gravity_current(0.1); });
+  jobs.add("gravity current to t = 0.5, USL", Presets::full, 3.6e9,
+           {"heavy_front_t0.10", "heavy_front_t0.25", "light_front_t0.25", "ybar_light_t0.5", "ybar_heavy_t0.5"},
+           [] { return gravity_current(0.5); });
+  jobs.add("gravity current to t = 2, MUSL", Presets::full, 5.8e9, {"ybar_light_minus_heavy_T2"}, [] { return gravity_current_musl(); });
+  jobs.start("8.7", "float");
+  const Names floating_names = {"first_min_y", "t_first_min", "first_max_y", "y_t2", "energy_remainder_over_max_KE"};
+  jobs.add("floating block to t = 2, USL", Presets::full, 1.3e10, floating_names, [] { return floating({}, ""); });
+  jobs.add("floating block to t = 2, MUSL at 10 x the time step", Presets::both, 2.6e9, with_suffix(floating_names, "_musl"), [] {
+    return floating({"solver.stress_order=musl", "time.dt=1e-5"}, "_musl");
+  });
+}
+
+}  // namespace
+
+VerifySuite thesis_suite() {
+  VerifySuite suite;
+  suite.rows = acceptance_rows();
+  JobList jobs(suite.jobs);
+  add_solid_jobs(jobs);
+  add_fluid_jobs(jobs);
   return suite;
 }
 

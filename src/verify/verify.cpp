@@ -24,7 +24,8 @@ bool is_in_preset(const VerifyJob& job, const std::string& preset) { return pres
 
 std::vector<VerifyJob> choose_jobs(const VerifySuite& suite, const VerifyOptions& options) {
   if (options.preset != "quick" && options.preset != "full") {
-    throw InputError("preset \"{}\" is unknown, allowed: \"quick\" or \"full\"{}", options.preset, did_you_mean(options.preset, {"quick", "full"}));
+    throw InputError("preset \"{}\" is unknown, allowed: \"quick\" or \"full\"{}", options.preset,
+                     did_you_mean(options.preset, {"quick", "full"}));
   }
   std::vector<VerifyJob> jobs;
   std::set<std::string> known;
@@ -123,7 +124,7 @@ class Table {
       result = !value ? "NOT MEASURED" : holds(row, *value) ? "ok" : "MISSED";
       ++(result == "ok" ? passed : failed);
     }
-    const std::string bound = row.kind == RowKind::truth     ? kind_text(row.kind)
+    const std::string bound = row.kind == RowKind::truth   ? kind_text(row.kind)
                               : row.bound == Bound::within ? fmt::format("+- {:.3g}", row.tolerance)
                                                            : fmt::format("{} {:.3g}", bound_text(row.bound), row.expected);
     const std::string published = row.bound == Bound::within ? fmt::format("{:.10g}", row.expected) : "";
@@ -176,7 +177,8 @@ VerifySuite verify_suite() {
 std::vector<std::string> list_verify_jobs(const std::string& preset) {
   std::vector<std::string> lines;
   for (const VerifyJob& job : verify_suite().jobs) {
-    if (is_in_preset(job, preset)) lines.push_back(fmt::format("{:18s} {:16s} {}  (about {:.1e} particle-steps)", job.group, job.case_name, job.name, job.cost));
+    if (is_in_preset(job, preset))
+      lines.push_back(fmt::format("{:18s} {:16s} {}  (about {:.1e} particle-steps)", job.group, job.case_name, job.name, job.cost));
   }
   return lines;
 }

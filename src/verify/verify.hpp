@@ -16,10 +16,10 @@ enum class RowKind { accept, truth, goal };
 
 /// One line of the table.
 struct VerifyRow {
-  std::string group;     ///< "8.3", "axial_bar", ...
+  std::string group;  ///< "8.3", "axial_bar", ...
   std::string quantity;
-  Real expected = 0;     ///< Published or exact value.
-  Real tolerance = 0;    ///< Absolute, for Bound::within.
+  Real expected = 0;   ///< Published or exact value.
+  Real tolerance = 0;  ///< Absolute, for Bound::within.
   Bound bound = Bound::within;
   RowKind kind = RowKind::accept;
   std::string source;
@@ -57,7 +57,7 @@ struct VerifyOptions {
   std::vector<std::string> names;  ///< Cases or groups to run; empty: all of the preset.
   std::string preset = "quick";    ///< "quick" (minutes, for every change) or "full" (an hour or two).
   std::string csv = "verify.csv";
-  int threads = 0;                 ///< Jobs side by side; 0: one per processor.
+  int threads = 0;  ///< Jobs side by side; 0: one per processor.
 };
 
 /// Runs, prints the table, writes the csv. Returns 0, or 3 when an accepted bound is missed, a job fails or does not measure what it
