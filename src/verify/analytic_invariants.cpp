@@ -90,6 +90,7 @@ Real nodal_mass(const Simulation& sim) {
 Measured invariants(const std::string& suffix, const char* text, const Sets& sets) {
   Simulation sim(case_from_text("invariants", text, sets));
   const Real m0 = mass(sim);
+  const Real K0 = kinetic_energy(sim);
   const Real scale = sim.solver().totals(0).mass * 2;  // the solid's momentum at the start, 2 m/s
   Real mass_error = 0;
   Real nodal_error = 0;
@@ -104,7 +105,8 @@ Measured invariants(const std::string& suffix, const char* text, const Sets& set
   sim.run();
   Real off_center = 0;
   for (std::size_t b = 0; b < 2; ++b) off_center = std::max(off_center, std::abs(sim.solver().totals(b).center_of_mass[0] - 0.5));
-  return {{"mass_error" + suffix, mass_error},
+  return {{"transfer_loss_over_KE0" + suffix, transfer_loss(sim) / K0},
+          {"mass_error" + suffix, mass_error},
           {"nodal_mass_error" + suffix, nodal_error},
           {"momentum_remainder" + suffix, remainder},
           {"momentum_sideways" + suffix, sideways},
