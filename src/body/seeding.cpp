@@ -289,6 +289,28 @@ struct Rotating final : VelocityField {
   Input write(int dim) const override { return write_typed(*this, dim); }
 };
 
+struct Sine final : VelocityField {
+  static constexpr auto name = "sine";
+  static constexpr auto summary = "A standing wave: v = value sin(wave_vector . (x - center)).";
+
+  Vec3 value{};
+  Vec3 wave_vector{};
+  Vec3 center{};
+
+  static void declare(ParameterTable<Sine>& table) {
+    table.required("value", "m/s", &Sine::value, any_number(), "Velocity where the sine is 1.");
+    table.required("wave_vector", "rad/m", &Sine::wave_vector, any_number(), "2 pi / wave length, in the direction of the wave.");
+    table.optional("center", "m", &Sine::center, any_number(), "A point where the velocity is 0.");
+  }
+  Vec3 at(const Vec3& x) const override {
+    Real phase = 0;
+    for (std::size_t d = 0; d < 3; ++d) phase += wave_vector[d] * (x[d] - center[d]);
+    const Real sine = std::sin(phase);
+    return {value[0] * sine, value[1] * sine, value[2] * sine};
+  }
+  Input write(int dim) const override { return write_typed(*this, dim); }
+};
+
 }  // namespace
 
 const TypeRegistry<Layout>& layout_registry() {
@@ -308,6 +330,7 @@ const TypeRegistry<VelocityField>& velocity_registry() {
     all.add<Uniform>();
     all.add<Linear>();
     all.add<Rotating>();
+    all.add<Sine>();
     return all;
   }();
   return registry;

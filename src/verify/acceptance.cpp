@@ -14,7 +14,7 @@ VerifyRow row_of(const std::string& line) {
   for (std::string cell; cells.size() < 9 && std::getline(stream, cell, ',');) cells.push_back(cell);
   std::string note;
   std::getline(stream, note);
-  if (cells.size() < 9) throw std::logic_error("explicit_acceptance.csv: too few columns: " + line);
+  if (cells.size() < 9) throw std::logic_error("verification: too few columns: " + line);
   VerifyRow row;
   row.group = cells[0];
   row.quantity = cells[1];
@@ -30,11 +30,13 @@ VerifyRow row_of(const std::string& line) {
 
 std::vector<VerifyRow> acceptance_rows() {
   std::vector<VerifyRow> rows;
-  std::stringstream stream(acceptance_tables().at("explicit_acceptance"));
-  std::string line;
-  std::getline(stream, line);  // header
-  while (std::getline(stream, line)) {
-    if (!line.empty()) rows.push_back(row_of(line));
+  for (const char* table : {"explicit_acceptance", "explicit_musl"}) {
+    std::stringstream stream(acceptance_tables().at(table));
+    std::string line;
+    std::getline(stream, line);  // header
+    while (std::getline(stream, line)) {
+      if (!line.empty()) rows.push_back(row_of(line));
+    }
   }
   return rows;
 }

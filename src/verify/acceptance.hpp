@@ -8,7 +8,8 @@ namespace matpoint {
 /// Texts of verification/*.csv by stem.
 const std::map<std::string, std::string>& acceptance_tables();
 
-/// The rows of verification/explicit_acceptance.csv.
+/// The rows of verification/explicit_acceptance.csv (the thesis at its own scheme and time step) and of explicit_musl.csv (the same
+/// examples with MUSL at larger steps, against our reference computation).
 std::vector<VerifyRow> acceptance_rows();
 
 }  // namespace matpoint

@@ -4,64 +4,21 @@
 #include <cmath>
 #include <optional>
 
-#include "case/case_file.hpp"
-#include "case/simulation.hpp"
 #include "verify/acceptance.hpp"
+#include "verify/measure.hpp"
 #include "verify/verify.hpp"
 
 namespace matpoint {
 namespace {
 
-using Sets = std::vector<std::string>;
+enum class Presets { quick, full, both };
 
-Simulation make(const std::string& name, Sets sets) { return Simulation(load_case(name, sets)); }
-
-Real energy(const Simulation& sim) {
-  Real sum = 0;
-  for (std::size_t b = 0; b < sim.solver().body_count(); ++b) {
-    const BodyTotals totals = sim.solver().totals(b);
-    sum += totals.kinetic_energy + totals.strain_energy + totals.gravitational_energy;
-  }
-  return sum;
+std::vector<std::string> with_suffix(std::vector<std::string> names, const std::string& suffix) {
+  for (std::string& name : names) name += suffix;
+  return names;
 }
 
-Real kinetic_energy(const Simulation& sim) {
-  Real sum = 0;
-  for (std::size_t b = 0; b < sim.solver().body_count(); ++b) sum += sim.solver().totals(b).kinetic_energy;
-  return sum;
-}
-
-/// What the scheme lost (+) or made (-): E0 - E - dissipated + work of boundaries.
-Real transfer_loss(const Simulation& sim) {
-  const Ledger& ledger = sim.solver().ledger();
-  return sim.initial_energy() - energy(sim) - ledger.damping_dissipation - ledger.viscous_dissipation + ledger.boundary_work -
-         ledger.removed_energy;
-}
-
-/// Component c of all particles of a body, by id.
-std::vector<Real> component(const Simulation& sim, std::size_t body, const std::string& name, std::size_t c) {
-  const Field field = sim.solver().field(body, name);
-  std::vector<Real> values(static_cast<std::size_t>(field.count()));
-  for (std::size_t p = 0; p < values.size(); ++p) values[p] = field.values[p * static_cast<std::size_t>(field.components) + c];
-  return values;
-}
-
-/// Calls f after every `steps` steps.
-void every(Simulation& sim, Index steps, std::function<void(const Simulation&)> f) {
-  sim.add_callback([=](const Simulation& s) {
-    if (s.step_count() > 0 && s.step_count() % steps == 0) f(s);
-    return true;
-  });
-}
-
-/// Calls f once, at the step nearest to t.
-void at(Simulation& sim, Real t, std::function<void(const Simulation&)> f) {
-  const Index step = std::llround(t / *sim.problem().time.dt);
-  sim.add_callback([=](const Simulation& s) {
-    if (s.step_count() == step) f(s);
-    return true;
-  });
-}
+Simulation make(const std::string& name, const Sets& sets) { return Simulation(load_case(name, sets)); }
 
 // --- 8.1 spring ------------------------------------------------------------------------------------------------------
 Measured spring(const std::string& alpha, bool is_published) {
@@ -84,8 +41,8 @@ Measured spring(const std::string& alpha, bool is_published) {
 
 // --- 8.2 truss -------------------------------------------------------------------------------------------------------
 Measured truss(int cells, int points, bool escapes) {
-  Simulation sim = make("truss", {fmt::format("grid.cells=[{},{}]", cells, cells), fmt::format("body.truss.layout.divisions=[{},{}]", points, points),
-                                  "grid.particles_outside=stop"});
+  Simulation sim = make("truss", {fmt::format("grid.cells=[{},{}]", cells, cells),
+                                  fmt::format("body.truss.layout.divisions=[{},{}]", points, points), "grid.particles_outside=stop"});
   const RunEnd end = sim.run();
   const std::string tail = fmt::format("{}x{}_{}", cells, cells, points);
   if (escapes) return {{"escape_time_" + tail, end == RunEnd::particle_left ? sim.time() : std::numeric_limits<Real>::infinity()}};
@@ -173,33 +130,27 @@ Measured disks_musl() {
 }
 
 // --- 8.4 dam ---------------------------------------------------------------------------------------------------------
-Real relative_momentum_remainder(const Simulation& sim, Real scale) {
-  const Ledger& ledger = sim.solver().ledger();
-  Real worst = 0;
-  for (std::size_t d = 0; d < 3; ++d) {
-    Real P = 0;
-    for (std::size_t b = 0; b < sim.solver().body_count(); ++b) P += sim.solver().totals(b).momentum[d];
-    const Real expected = sim.initial_momentum()[d] + ledger.gravity_impulse[d] + ledger.boundary_impulse[d] + ledger.damping_impulse[d] +
-                          ledger.cutoff_impulse[d];
-    worst = std::max(worst, std::abs(P - expected));
-  }
-  return worst / scale;
+std::vector<std::string> dam_quantities(const std::string& viscosity, const std::string& suffix) {
+  const std::string tail = "_mu" + viscosity + suffix;
+  if (viscosity == "220") return {"ymax" + tail, "t_ymax" + tail};
+  if (viscosity == "50") return {"escape" + tail};
+  return {"escape" + tail, "front_x4" + tail, "energy_remainder_over_max_KE" + suffix, "momentum_balance_with_reactions_relative" + suffix};
 }
 
 Measured dam(const std::string& viscosity, Sets sets, const std::string& suffix) {
   sets.push_back("body.water.material.viscosity=" + viscosity);
   Simulation sim = make("dam", sets);
   const std::string tail = "_mu" + viscosity + suffix;
-  Measured m;
-  std::optional<Real> front;
+  constexpr Real k_never = std::numeric_limits<Real>::infinity();
+  Real front = k_never;
   Real y_max = 0;
   Real t_y_max = 0;
   Real KE_max = 0;
   Real momentum_max = 0;
-  const Index stride = std::max<Index>(1, std::llround(1e-4 / *sim.problem().time.dt));
-  every(sim, stride, [&](const Simulation& s) {
+  // Every 1e-4 s: a twentieth of the narrowest bound, and the totals cost next to nothing then.
+  every(sim, steps_in(sim, 1e-4), [&](const Simulation& s) {
     const BodyTotals water = s.solver().totals(0);
-    if (!front && water.upper[0] >= 4) front = s.time();
+    if (water.upper[0] >= 4) front = std::min(front, s.time());
     if (water.upper[1] > y_max) {
       y_max = water.upper[1];
       t_y_max = s.time();
@@ -207,22 +158,20 @@ Measured dam(const std::string& viscosity, Sets sets, const std::string& suffix)
     KE_max = std::max(KE_max, water.kinetic_energy);
     momentum_max = std::max({momentum_max, std::abs(water.momentum[0]), std::abs(water.momentum[1])});
   });
-  at(sim, 1.26, [&](const Simulation& s) {
-    m["energy_remainder_over_max_KE" + (suffix.empty() ? "" : tail)] = std::abs(transfer_loss(s)) / KE_max;
-    m["momentum_balance_with_reactions_relative" + (suffix.empty() ? "" : tail)] = relative_momentum_remainder(s, momentum_max);
-  });
+  Measured m;
+  if (viscosity == "0.01") {
+    at(sim, 1.26, [&](const Simulation& s) {
+      m["energy_remainder_over_max_KE" + suffix] = std::abs(transfer_loss(s)) / KE_max;
+      m["momentum_balance_with_reactions_relative" + suffix] = momentum_remainder(s) / momentum_max;
+    });
+  }
   const RunEnd end = sim.run();
   if (viscosity == "220") {
     if (end != RunEnd::finished) throw SolverError("water escaped at t = {}, it should not", sim.time());
-    m.erase("energy_remainder_over_max_KE");  // the published rows are those of mu = 0.01
-    m.erase("momentum_balance_with_reactions_relative");
-    m["ymax" + tail] = y_max;
-    m["t_ymax" + tail] = t_y_max;
-    return m;
+    return {{"ymax" + tail, y_max}, {"t_ymax" + tail, t_y_max}};
   }
-  if (viscosity == "50") m.clear();
-  m["escape" + tail] = end == RunEnd::particle_left ? sim.time() : std::numeric_limits<Real>::infinity();
-  if (viscosity == "0.01") m["front_x4" + tail] = front.value_or(std::numeric_limits<Real>::infinity());
+  m["escape" + tail] = end == RunEnd::particle_left ? sim.time() : k_never;
+  if (viscosity == "0.01") m["front_x4" + tail] = front;
   return m;
 }
 
@@ -240,13 +189,13 @@ DropResult drop(const std::string& pressure_scale, Sets sets) {
   Simulation sim = make("drop", sets);
   DropResult result;
   const Real KE0 = kinetic_energy(sim);
-  const Index stride = std::max<Index>(1, std::llround(1e-4 / *sim.problem().time.dt));
-  every(sim, stride, [&](const Simulation& s) {
+  every(sim, steps_in(sim, 1e-4), [&](const Simulation& s) {
     const Field tank = s.solver().field(1, "position");
-    Real surface = 0;
+    Real surface = -1;
     for (std::size_t p = 0; p < tank.values.size(); p += 2) {
       if (std::abs(tank.values[p] - 0.06) < 5e-4) surface = std::max(surface, tank.values[p + 1]);
     }
+    if (surface < 0) throw SolverError("t = {}: no particle of the tank within 5e-4 of x = 0.06", s.time());
     result.crater_depth = std::max(result.crater_depth, 0.02 - surface);
   });
   at(sim, 0.075, [&](const Simulation& s) {
@@ -256,6 +205,16 @@ DropResult drop(const std::string& pressure_scale, Sets sets) {
   sim.run();
   result.energy_remainder = std::abs(transfer_loss(sim)) / KE0;
   return result;
+}
+
+std::vector<std::string> drop_quantities(const std::string& suffix) {
+  std::vector<std::string> names = {"energy_remainder_over_KE0" + suffix, "depth_strictly_decreasing_with_kappa" + suffix};
+  for (const std::string pressure_scale : {"15000", "30000", "60000"}) names.push_back("crater_depth_" + pressure_scale + suffix);
+  for (int index = 1; index <= 3; ++index) {
+    names.push_back(fmt::format("drop_ymin_t0.075{}[{}]", suffix, index));
+    names.push_back(fmt::format("crown_t0.075{}[{}]", suffix, index));
+  }
+  return names;
 }
 
 Measured drops(Sets sets, const std::string& suffix) {
@@ -303,7 +262,7 @@ Measured gravity_current_musl() {
 }
 
 // --- 8.7 float -------------------------------------------------------------------------------------------------------
-Measured floating(Sets sets, bool is_musl) {
+Measured floating(Sets sets, const std::string& suffix) {
   Simulation sim = make("float", sets);
   // Two bottom particles straddle x = 0.2; the left one is followed.
   const std::vector<Real> x = component(sim, 1, "position", 0);
@@ -317,67 +276,117 @@ Measured floating(Sets sets, bool is_musl) {
       followed = p;
     }
   }
-  Measured m;
   Real KE_max = 0;
-  m["first_min_y"] = 1;
-  m["first_max_y"] = 0;
-  const Index stride = std::max<Index>(1, std::llround(1e-3 / *sim.problem().time.dt));
-  every(sim, stride, [&](const Simulation& s) {
+  Real lowest = 1;
+  Real t_lowest = 0;
+  Real highest = 0;
+  Real last = 0;
+  every(sim, steps_in(sim, 1e-3), [&](const Simulation& s) {
     KE_max = std::max(KE_max, kinetic_energy(s));
-    const Real now = component(s, 1, "position", 1)[followed];
-    if (s.time() < 1.0 && now < m["first_min_y"]) {
-      m["first_min_y"] = now;
-      m["t_first_min"] = s.time();
+    last = component(s, 1, "position", 1)[followed];
+    if (s.time() < 1.0 && last < lowest) {
+      lowest = last;
+      t_lowest = s.time();
     }
-    if (s.time() >= 1.1 && s.time() <= 1.35) m["first_max_y"] = std::max(m["first_max_y"], now);
-    m["y_t2"] = now;
+    if (s.time() >= 1.1 && s.time() <= 1.35) highest = std::max(highest, last);
   });
   sim.run();
-  const Real remainder = std::abs(transfer_loss(sim)) / KE_max;
-  if (is_musl) return {{"energy_remainder_over_max_KE_musl", remainder}};
-  m["energy_remainder_over_max_KE"] = remainder;
-  return m;
+  return {{"first_min_y" + suffix, lowest},
+          {"t_first_min" + suffix, t_lowest},
+          {"first_max_y" + suffix, highest},
+          {"y_t2" + suffix, last},
+          {"energy_remainder_over_max_KE" + suffix, std::abs(transfer_loss(sim)) / KE_max}};
 }
 
-}  // namespace
+using Names = std::vector<std::string>;
 
-std::vector<VerifyRow> thesis_rows() { return acceptance_rows(); }
+class JobList {
+ public:
+  explicit JobList(std::vector<VerifyJob>& jobs) : jobs_(jobs) {}
+  /// Group and case of the jobs that follow.
+  void start(std::string group, std::string case_name) {
+    group_ = std::move(group);
+    case_name_ = std::move(case_name);
+  }
+  void add(const std::string& name, Presets presets, double cost, Names quantities, std::function<Measured()> run) {
+    jobs_.push_back(
+        {group_, name, case_name_, presets != Presets::full, presets != Presets::quick, cost, std::move(quantities), std::move(run)});
+  }
 
-std::vector<VerifyJob> thesis_jobs() {
-  std::vector<VerifyJob> jobs;
-  const auto add = [&](std::string group, std::string name, std::string case_name, bool is_quick, bool is_full, double cost,
-                       std::function<Measured()> run) {
-    jobs.push_back({std::move(group), std::move(name), std::move(case_name), is_quick, is_full, cost, std::move(run)});
-  };
-  add("8.1", "spring, alpha = 15", "spring", true, true, 2e5, [] { return spring("15", true); });
-  add("8.1", "spring, alpha = 20", "spring", true, true, 2e5, [] { return spring("20", false); });
+ private:
+  std::vector<VerifyJob>& jobs_;
+  std::string group_;
+  std::string case_name_;
+};
+
+void add_solid_jobs(JobList& jobs) {
+  jobs.start("8.1", "spring");
+  jobs.add("spring, alpha = 15", Presets::both, 2e5, {"mean_u_alpha15_20000_steps", "final_u_alpha15", "energy_remainder_over_elastic"},
+           [] { return spring("15", true); });
+  jobs.add("spring, alpha = 20", Presets::both, 2e5, {"mean_u_alpha20"}, [] { return spring("20", false); });
+  jobs.start("8.2", "truss");
   for (const int points : {5, 20, 100}) {
     for (const int cells : {3, 4, 7, 8}) {
       const bool escapes = cells >= 7 && points <= 20;
       const double steps = escapes ? 6000 : 199500;
-      add("8.2", fmt::format("truss, {0} x {0} cells, {1} x {1} points", cells, points), "truss", points <= 20, true, steps * points * points,
-          [=] { return truss(cells, points, escapes); });
+      const std::string tail = fmt::format("{0}x{0}_{1}", cells, points);
+      jobs.add(fmt::format("truss, {0} x {0} cells, {1} x {1} points", cells, points), points <= 20 ? Presets::both : Presets::full,
+               steps * points * points, escapes ? Names{"escape_time_" + tail} : Names{"ly_" + tail, "lx_" + tail},
+               [=] { return truss(cells, points, escapes); });
     }
   }
-  add("8.2.1", "slim truss, neo-Hookean", "truss_slim", true, true, 3.6e7, [] { return truss_slim("neo_hookean", "NH"); });
-  add("8.2.1", "slim truss, St. Venant-Kirchhoff", "truss_slim", true, true, 3.6e7, [] { return truss_slim("st_venant_kirchhoff", "StVK"); });
-  add("8.3", "disks, 316 points, USL", "disks", true, true, 6e7, [] { return disks_usl(); });
-  add("8.3", "disks, 316 points, MUSL", "disks", true, true, 3e7, [] { return disks_musl(); });
-  for (const std::string mu : {"0.01", "50", "220"}) {
-    add("8.4", "dam, mu = " + mu + ", USL", "dam", false, true, mu == "220" ? 7.7e9 : 2.6e9, [=] { return dam(mu, {}, ""); });
-    add("8.4", "dam, mu = " + mu + ", MUSL at 10 x the time step", "dam", true, false, mu == "220" ? 1.5e9 : 5e8,
-        [=] { return dam(mu, {"solver.stress_order=musl", "time.dt=1e-4"}, "_musl"); });
+  jobs.start("8.2.1", "truss_slim");
+  for (const auto& [law, label] : {std::pair<std::string, std::string>("neo_hookean", "NH"), {"st_venant_kirchhoff", "StVK"}}) {
+    const std::string head = label + "_ymin_t0.04_0.08_0.12";
+    jobs.add("slim truss, " + law, Presets::both, 3.6e7, {head + "[1]", head + "[2]", head + "[3]"},
+             [law = law, label = label] { return truss_slim(law, label); });
   }
-  add("8.5", "drop, three kappas, USL", "drop", false, true, 1.2e10, [] { return drops({}, ""); });
-  add("8.5", "drop, three kappas, MUSL at 10 x the time step", "drop", true, true, 2.4e9,
-      [] { return drops({"solver.stress_order=musl", "time.dt=1e-5"}, "_musl"); });
-  add("8.6", "gravity current to t = 0.10, USL", "gravity_current", true, false, 7.2e8, [] { return gravity_current(0.1); });
-  add("8.6", "gravity current to t = 0.5, USL", "gravity_current", false, true, 3.6e9, [] { return gravity_current(0.5); });
-  add("8.6", "gravity current to t = 2, MUSL", "gravity_current", false, true, 5.8e9, [] { return gravity_current_musl(); });
-  add("8.7", "floating block to t = 2, USL", "float", false, true, 1.3e10, [] { return floating({}, false); });
-  add("8.7", "floating block to t = 2, MUSL", "float", false, true, 2.6e9,
-      [] { return floating({"solver.stress_order=musl", "time.dt=1e-5"}, true); });
-  return jobs;
+  jobs.start("8.3", "disks");
+  jobs.add("disks, 316 points, USL", Presets::both, 6e7,
+           {"KE_initial", "KE_after_step_12157", "t_momentum_zero", "max_stored_energy", "t_max_U_thesis", "KE_min", "restitution_p",
+            "total_momentum_abs", "TE_end_over_TE0"},
+           [] { return disks_usl(); });
+  jobs.add("disks, 316 points, MUSL", Presets::both, 3e7, {"TE_end_over_TE0_musl"}, [] { return disks_musl(); });
+}
+
+void add_fluid_jobs(JobList& jobs) {
+  jobs.start("8.4", "dam");
+  for (const std::string mu : {"0.01", "50", "220"}) {
+    jobs.add("dam, mu = " + mu + ", USL", Presets::full, mu == "220" ? 7.7e9 : 2.6e9, dam_quantities(mu, ""),
+             [=] { return dam(mu, {}, ""); });
+    jobs.add("dam, mu = " + mu + ", MUSL at 10 x the time step", Presets::both, mu == "220" ? 1.5e9 : 5e8, dam_quantities(mu, "_musl"),
+             [=] {
+               return dam(mu, {"solver.stress_order=musl", "time.dt=1e-4"}, "_musl");
+             });
+  }
+  jobs.start("8.5", "drop");
+  jobs.add("drop, three kappas, USL", Presets::full, 1.2e10, drop_quantities(""), [] { return drops({}, ""); });
+  jobs.add("drop, three kappas, MUSL at 10 x the time step", Presets::both, 2.4e9, drop_quantities("_musl"), [] {
+    return drops({"solver.stress_order=musl", "time.dt=1e-5"}, "_musl");
+  });
+  jobs.start("8.6", "gravity_current");
+  jobs.add("gravity current to t = 0.10, USL", Presets::quick, 7.2e8, {"heavy_front_t0.10"}, [] { return gravity_current(0.1); });
+  jobs.add("gravity current to t = 0.5, USL", Presets::full, 3.6e9,
+           {"heavy_front_t0.10", "heavy_front_t0.25", "light_front_t0.25", "ybar_light_t0.5", "ybar_heavy_t0.5"},
+           [] { return gravity_current(0.5); });
+  jobs.add("gravity current to t = 2, MUSL", Presets::full, 5.8e9, {"ybar_light_minus_heavy_T2"}, [] { return gravity_current_musl(); });
+  jobs.start("8.7", "float");
+  const Names floating_names = {"first_min_y", "t_first_min", "first_max_y", "y_t2", "energy_remainder_over_max_KE"};
+  jobs.add("floating block to t = 2, USL", Presets::full, 1.3e10, floating_names, [] { return floating({}, ""); });
+  jobs.add("floating block to t = 2, MUSL at 10 x the time step", Presets::both, 2.6e9, with_suffix(floating_names, "_musl"), [] {
+    return floating({"solver.stress_order=musl", "time.dt=1e-5"}, "_musl");
+  });
+}
+
+}  // namespace
+
+VerifySuite thesis_suite() {
+  VerifySuite suite;
+  suite.rows = acceptance_rows();
+  JobList jobs(suite.jobs);
+  add_solid_jobs(jobs);
+  add_fluid_jobs(jobs);
+  return suite;
 }
 
 }  // namespace matpoint

@@ -22,29 +22,18 @@ namespace {
 
 bool is_in_preset(const VerifyJob& job, const std::string& preset) { return preset == "full" ? job.is_full : job.is_quick; }
 
-std::vector<VerifyJob> all_jobs() {
-  std::vector<VerifyJob> jobs = thesis_jobs();
-  for (VerifyJob& job : analytic_jobs()) jobs.push_back(std::move(job));
-  return jobs;
-}
-
-std::vector<VerifyRow> all_rows() {
-  std::vector<VerifyRow> rows = thesis_rows();
-  for (VerifyRow& row : analytic_rows()) rows.push_back(std::move(row));
-  return rows;
-}
-
-std::vector<VerifyJob> choose_jobs(const VerifyOptions& options) {
+std::vector<VerifyJob> choose_jobs(const VerifySuite& suite, const VerifyOptions& options) {
   if (options.preset != "quick" && options.preset != "full") {
-    throw InputError("preset \"{}\" is unknown, allowed: \"quick\" or \"full\"{}", options.preset, did_you_mean(options.preset, {"quick", "full"}));
+    throw InputError("preset \"{}\" is unknown, allowed: \"quick\" or \"full\"{}", options.preset,
+                     did_you_mean(options.preset, {"quick", "full"}));
   }
   std::vector<VerifyJob> jobs;
   std::set<std::string> known;
-  for (VerifyJob& job : all_jobs()) {
+  for (const VerifyJob& job : suite.jobs) {
     known.insert({job.group, job.case_name});
     const auto is_named = [&](const std::string& name) { return name == job.group || name == job.case_name; };
     if (!options.names.empty() && std::none_of(options.names.begin(), options.names.end(), is_named)) continue;
-    if (is_in_preset(job, options.preset)) jobs.push_back(std::move(job));
+    if (is_in_preset(job, options.preset)) jobs.push_back(job);
   }
   for (const std::string& name : options.names) {
     if (known.count(name) == 0) {
@@ -78,6 +67,9 @@ Measurements run_jobs(const std::vector<VerifyJob>& jobs, int threads) {
       std::string failure;
       try {
         measured = job.run();
+        for (const std::string& quantity : job.quantities) {
+          if (measured.count(quantity) == 0) throw SolverError("did not measure {}", quantity);
+        }
       } catch (const std::exception& error) {
         failure = fmt::format("{} {}: {}", job.group, job.name, error.what());
       }
@@ -108,67 +100,115 @@ bool holds(const VerifyRow& row, Real value) {
   return false;
 }
 
-std::string csv_text(const std::string& text) { return '"' + text + '"'; }
+/// Text in quotes, those inside doubled.
+std::string csv_text(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + '"';
+}
+
+/// The table on the screen and in the csv, and how it went.
+class Table {
+ public:
+  explicit Table(const std::string& path) : path_(path), csv_(path) {
+    if (!csv_) fail<InputError>();
+    csv_ << "case,quantity,published,ours,bound,tolerance,kind,result,source\n";
+  }
+  void header() const {
+    fmt::print("\n{:16s} {:36s} {:>16s} {:>16s} {:>12s}  {:12s} {}\n", "case", "quantity", "published", "ours", "bound", "", "source");
+  }
+  /// A row with its number, if there is one.
+  void add(const VerifyRow& row, std::optional<Real> value) {
+    std::string result;
+    if (row.kind == RowKind::accept) {
+      result = !value ? "NOT MEASURED" : holds(row, *value) ? "ok" : "MISSED";
+      ++(result == "ok" ? passed : failed);
+    }
+    const std::string bound = row.kind == RowKind::truth   ? kind_text(row.kind)
+                              : row.bound == Bound::within ? fmt::format("+- {:.3g}", row.tolerance)
+                                                           : fmt::format("{} {:.3g}", bound_text(row.bound), row.expected);
+    const std::string published = row.bound == Bound::within ? fmt::format("{:.10g}", row.expected) : "";
+    fmt::print("{:16s} {:36s} {:>16s} {:>16s} {:>12s}  {:12s} {}\n", row.group, row.quantity, published,
+               value ? fmt::format("{:.10g}", *value) : "", bound, result, row.source);
+    csv_ << fmt::format("{},{},{},{},{},{},{},{},{}\n", row.group, row.quantity, row.expected, value ? fmt::format("{}", *value) : "",
+                        bound_text(row.bound), row.tolerance, kind_text(row.kind), result, csv_text(row.source));
+  }
+  /// A number without a row.
+  void add(const std::string& group, const std::string& quantity, Real value) {
+    fmt::print("{:16s} {:36s} {:>16s} {:>16.10g} {:>12s}\n", group, quantity, "", value, "");
+    csv_ << fmt::format("{},{},,{},,,reported,,\n", group, quantity, value);
+  }
+  void close() {
+    csv_.flush();
+    if (!csv_) fail<SolverError>();
+  }
+
+  int passed = 0;
+  int failed = 0;
+
+ private:
+  template <class Error>
+  [[noreturn]] void fail() const {
+    throw Error("cannot write \"{}\": {}", path_, std::strerror(errno));
+  }
+  std::string path_;
+  std::ofstream csv_;
+};
+
+/// Whether a row without a number is a failure: in the full preset always; in the quick one, whose jobs measure only some rows of a
+/// group, when a job that ran says that it measures it.
+bool must_be_measured(const VerifyRow& row, const std::vector<VerifyJob>& jobs, const std::string& preset) {
+  if (row.kind != RowKind::accept) return false;
+  return preset == "full" || std::any_of(jobs.begin(), jobs.end(), [&](const VerifyJob& job) {
+           return job.group == row.group && std::count(job.quantities.begin(), job.quantities.end(), row.quantity) > 0;
+         });
+}
 
 }  // namespace
 
+VerifySuite verify_suite() {
+  VerifySuite suite = thesis_suite();
+  VerifySuite analytic = analytic_suite();
+  std::move(analytic.jobs.begin(), analytic.jobs.end(), std::back_inserter(suite.jobs));
+  std::move(analytic.rows.begin(), analytic.rows.end(), std::back_inserter(suite.rows));
+  return suite;
+}
+
 std::vector<std::string> list_verify_jobs(const std::string& preset) {
   std::vector<std::string> lines;
-  for (const VerifyJob& job : all_jobs()) {
-    if (is_in_preset(job, preset)) lines.push_back(fmt::format("{:18s} {:16s} {}  (about {:.1e} particle-steps)", job.group, job.case_name, job.name, job.cost));
+  for (const VerifyJob& job : verify_suite().jobs) {
+    if (is_in_preset(job, preset))
+      lines.push_back(fmt::format("{:18s} {:16s} {}  (about {:.1e} particle-steps)", job.group, job.case_name, job.name, job.cost));
   }
   return lines;
 }
 
-int run_verify(const VerifyOptions& options) {
-  const std::vector<VerifyJob> jobs = choose_jobs(options);
-  std::ofstream csv(options.csv);
-  if (!csv) throw InputError("cannot write \"{}\": {}", options.csv, std::strerror(errno));
-  csv << "case,quantity,published,ours,bound,tolerance,kind,result,source\n";
+int run_verify(const VerifySuite& suite, const VerifyOptions& options) {
+  const std::vector<VerifyJob> jobs = choose_jobs(suite, options);
+  Table table(options.csv);
   const Measurements measurements = run_jobs(jobs, options.threads);
-
-  fmt::print("\n{:16s} {:36s} {:>16s} {:>16s} {:>12s}  {:8s} {}\n", "case", "quantity", "published", "ours", "bound", "", "source");
-  int passed = 0;
-  int failed = static_cast<int>(measurements.failures.size());
+  table.failed = static_cast<int>(measurements.failures.size());
+  table.header();
   std::set<std::pair<std::string, std::string>> reported;
   std::set<std::string> groups;
   for (const VerifyJob& job : jobs) groups.insert(job.group);
-  for (const VerifyRow& row : all_rows()) {
+  for (const VerifyRow& row : suite.rows) {
+    if (groups.count(row.group) == 0) continue;
     const auto measured = measurements.values.find({row.group, row.quantity});
     const bool is_measured = measured != measurements.values.end();
-    if (groups.count(row.group) == 0 || (!is_measured && row.kind == RowKind::goal)) continue;
-    if (!is_measured && row.kind == RowKind::accept) {
-      if (options.preset == "quick") continue;  // measured by a job of the full preset
-      ++failed;
-      fmt::print("{:16s} {:36s} not measured\n", row.group, row.quantity);
-      continue;
-    }
-    std::string result = "";
-    if (row.kind == RowKind::accept) {
-      const bool is_met = holds(row, measured->second);
-      result = is_met ? "ok" : "MISSED";
-      ++(is_met ? passed : failed);
-    }
-    const std::string ours = is_measured ? fmt::format("{:.10g}", measured->second) : "";
-    const std::string bound = row.kind == RowKind::truth ? kind_text(row.kind)
-                              : row.bound == Bound::within ? fmt::format("+- {:.3g}", row.tolerance)
-                                                           : fmt::format("{} {:.3g}", bound_text(row.bound), row.expected);
-    const std::string published = row.bound == Bound::within ? fmt::format("{:.10g}", row.expected) : "";
-    fmt::print("{:16s} {:36s} {:>16s} {:>16s} {:>12s}  {:8s} {}\n", row.group, row.quantity, published, ours, bound, result, row.source);
-    csv << fmt::format("{},{},{},{},{},{},{},{},{}\n", row.group, row.quantity, row.expected, is_measured ? fmt::format("{}", measured->second) : "",
-                       bound_text(row.bound), row.tolerance, kind_text(row.kind), result, csv_text(row.source));
+    if (!is_measured && row.kind != RowKind::truth && !must_be_measured(row, jobs, options.preset)) continue;
+    table.add(row, is_measured ? std::optional(measured->second) : std::nullopt);
     reported.insert({row.group, row.quantity});
   }
   for (const auto& [key, value] : measurements.values) {
-    if (reported.count(key) > 0) continue;
-    fmt::print("{:16s} {:36s} {:>16s} {:>16.10g} {:>12s}\n", key.first, key.second, "", value, "");
-    csv << fmt::format("{},{},,{},,,reported,,\n", key.first, key.second, value);
+    if (reported.count(key) == 0) table.add(key.first, key.second, value);
   }
   for (const std::string& failure : measurements.failures) fmt::print("FAILED: {}\n", failure);
-  csv.flush();
-  if (!csv) throw SolverError("cannot write \"{}\": {}", options.csv, std::strerror(errno));
-  fmt::print("\nverify ({}): {} passed, {} failed; table in {}\n", options.preset, passed, failed, options.csv);
-  return failed == 0 ? 0 : 3;
+  table.close();
+  fmt::print("\nverify ({}): {} passed, {} failed; table in {}\n", options.preset, table.passed, table.failed, options.csv);
+  return table.failed == 0 ? 0 : 3;
 }
+
+int run_verify(const VerifyOptions& options) { return run_verify(verify_suite(), options); }
 
 }  // namespace matpoint
