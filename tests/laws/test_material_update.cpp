@@ -275,6 +275,7 @@ TEST(MaterialUpdate, damage_grows_on_loading_and_stays_on_unloading) {
 /// The ratchet written with a branch.
 struct BranchingRatchet : Ratchet {
   static constexpr bool is_scalar_only = true;
+  static void declare(ParameterTable<BranchingRatchet>&) {}
   template <class M, class T = typename M::Scalar>
   M kirchhoff_stress(const Kinematics<M>& k, const History<T>& old_history, History<T>& updated) const {
     const T J = determinant(k.F);
