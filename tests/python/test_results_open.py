@@ -27,7 +27,7 @@ class Results:
     def __init__(self, folder):
         self.folder = pathlib.Path(folder)
         self.manifest = tomllib.loads((self.folder / "manifest.toml").read_text())
-        self.bodies = [body["name"] for body in self.manifest["case"]["bodies"]]
+        self.bodies = [body["name"] for body in self.manifest["case"]["body"]]
         with open(self.folder / "history.csv", newline="") as stream:
             self.history = {float(row["time"]): {k: float(v) for k, v in row.items()} for row in csv.DictReader(stream)}
 
