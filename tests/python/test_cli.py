@@ -211,6 +211,14 @@ def test_an_unstable_run_fails_with_step_time_and_particle(matpoint, case):
     assert re.search(r"error: step \d+, t = \S+ s: .*particle \d+ of body", done.stderr), done.stderr
 
 
+def test_an_automatic_step_below_dt_min_fails_the_run(matpoint, case, tmp_path):
+    case.write_text(CASE.replace("dt = 1e-4", "dt_min = 0.1"))
+    done = matpoint("run", case)
+    assert done.returncode == 3
+    assert re.match(r"error: step 1, t = 0 s: the stable time step \S+ s is below dt_min = 0.1 s; written: history at t = 0 s", done.stderr)
+    assert manifest(tmp_path / "results/fall")["status"] == "failed"
+
+
 def assert_readable_after_failure(folder):
     for times in (history(folder)["time"], field_times(folder)):
         assert len(times) > 1, "the limit should leave room for a few times"
@@ -309,6 +317,27 @@ def test_a_signal_ends_the_run_at_a_step_with_everything_written(program, case, 
 def test_wrong_command_lines_are_refused_in_words(matpoint, case, tmp_path, arguments, texts):
     assert_refused(matpoint(*arguments), *texts)
     assert not (tmp_path / "results").exists()
+
+
+@pytest.mark.parametrize("command", ["run", "check"])
+@pytest.mark.parametrize(
+    "text, wrong, texts",
+    [
+        ("density = 1000", "density = -1000", ['fall.toml:17: body "block": material: density = -1000 is not allowed, it must be > 0']),
+        ("gravity = [0.0, -10.0]", "gravity = [0.0, -10.0", ["fall.toml:", "not valid TOML"]),
+        ("upper = [0.75, 0.75]", "upper = [0.75, 1.75]", ['fall.toml:13: body "block": particle ', "is outside the grid"]),
+        ('name = "block"', 'name = "a/b"', ['fall.toml:13: body "a/b": its results cannot be named so']),
+        ("[time]", '[output]\nfields = ["velocty"]\n[time]', ['output: fields: "velocty" is unknown', 'did you mean "velocity"?']),
+        ("[time]", '[[probe]]\nname = "p"\nbody = "blok"\nparticle = 0\n[time]', ['fall.toml:9: probe "p": body = "blok" is unknown']),
+        ("[time]", '[[probe]]\nname = "p"\nbody = "block"\nparticle = 99\n[time]', ["particle = 99 does not exist", "particles 0 to 31"]),
+        ("[time]", '[[boundary]]\nregion = { type = "box", lower = [0.1, 0.1], upper = [0.11, 0.11] }\n[time]', ["contains no node of the grid"]),
+    ],
+)
+def test_wrong_cases_are_refused_by_run_and_check_alike(matpoint, case, tmp_path, command, text, wrong, texts):
+    assert text in CASE
+    case.write_text(CASE.replace(text, wrong))
+    assert_refused(matpoint(command, "fall.toml"), *texts)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["fall.toml"]
 
 
 # --- check, list, explain, version ---------------------------------------------------------------------------------
