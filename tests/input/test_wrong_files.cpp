@@ -134,6 +134,8 @@ struct WrongSet {
   std::string part;
 };
 
+void PrintTo(const WrongSet& wrong, std::ostream* out) { *out << wrong.name; }
+
 class SetOption : public testing::TestWithParam<WrongSet> {};
 TEST_P(SetOption, is_refused_in_words) {
   const std::string message = refusal(k_case, {GetParam().set});

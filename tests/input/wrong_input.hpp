@@ -113,6 +113,9 @@ inline void expect_refused(const std::string& valid, const WrongInput& wrong) {
   EXPECT_EQ(message.find('\n'), std::string::npos) << message;
 }
 
+/// For the lists of tests.
+inline void PrintTo(const WrongInput& wrong, std::ostream* out) { *out << wrong.name; }
+
 inline std::string name_of(const testing::TestParamInfo<WrongInput>& info) { return info.param.name; }
 
 }  // namespace matpoint::test
