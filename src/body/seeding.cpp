@@ -1,5 +1,7 @@
 #include "body/seeding.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -22,6 +24,16 @@ void require_bounded(const Region& region, int dim) {
 void require_countable(Real candidates) {
   if (candidates <= k_candidates_max) return;
   throw InputError("its layout would try {:.3g} places for particles, at most {:.0g} are possible; take a coarser layout", candidates, k_candidates_max);
+}
+
+/// The least that a particle takes, so that only what surely does not fit is refused.
+constexpr Real k_particle_bytes = 100;
+
+void require_memory(Real particles) {
+  const Real memory = static_cast<Real>(sysconf(_SC_PHYS_PAGES)) * static_cast<Real>(sysconf(_SC_PAGESIZE));
+  if (particles * k_particle_bytes <= memory) return;
+  throw InputError("its layout makes about {:.3g} particles, which do not fit into this machine's memory of {:.3g} GB; take a coarser layout",
+                   particles, memory / 1e9);
 }
 
 /// All particles get the same volume, so that their sum is the body's, where a formula gives that; else the share of their lattice box.
@@ -105,6 +117,7 @@ struct Lattice final : Layout {
       candidates *= static_cast<Real>(count[d]) * points;
     }
     require_countable(candidates);
+    require_memory(region.measure(grid.dim).value_or(0) / box_volume);
     const Real offset = points == 2 ? 1 / (2 * std::sqrt(Real{3})) : 0;
     std::vector<Vec3> positions;
     for_each_box(grid.dim, count, [&](const std::array<Index, 3>& box) {
@@ -136,14 +149,14 @@ struct PerCell final : Layout {
           if (input.is_number()) {
             layout.count.resize(1);
             read_value(input, context, "count", at_least(1), layout.count[0]);
-            const int root = static_cast<int>(std::lround(std::pow(layout.count[0], 1.0 / context.dim)));
-            const int power = context.dim == 2 ? root * root : root * root * root;
+            const Index root = std::lround(std::pow(layout.count[0], 1.0 / context.dim));
+            const Index power = context.dim == 2 ? root * root : root * root * root;
             if (power != layout.count[0]) {
               fail_input(input, context,
                          fmt::format("count = {} is no {} number, so it cannot be spread evenly; the nearest is {}, or give one number per direction",
                                      layout.count[0], context.dim == 2 ? "square" : "cube", power));
             }
-            layout.along.assign(static_cast<std::size_t>(context.dim), root);
+            layout.along.assign(static_cast<std::size_t>(context.dim), static_cast<int>(root));
           } else {
             read_value(input, context, "count", at_least(1), layout.count);
             layout.along = per_direction(layout.count, "count", input, context);
@@ -167,9 +180,12 @@ struct PerCell final : Layout {
       const Real end = std::ceil((upper[d] - grid.lower[d]) / spacing[d]) + 1;
       candidates *= end - begin;
       require_countable(candidates);
+      // Counted from the grid's corner: beyond 2^53 neighbouring places would fall together.
+      if (std::max(std::abs(begin), std::abs(end)) > 9e15) throw InputError("its region is too far away from the grid; move it");
       first[d] = static_cast<Index>(begin);
       number[d] = static_cast<Index>(end - begin);
     }
+    require_memory(region.measure(grid.dim).value_or(0) / box_volume);
     std::vector<Vec3> positions;
     for_each_box(grid.dim, number, [&](const std::array<Index, 3>& box) {
       Vec3 x{};
@@ -195,17 +211,22 @@ struct Polar final : Layout {
     table.optional("sectors", "1", &Polar::sectors, between_closed(3, 1000000),
                    "Particles in each ring; without it as many as make the pieces about square.");
   }
+  int count_in(int ring) const { return sectors.value_or(static_cast<int>(std::lround(2 * std::numbers::pi * (ring + 0.5)))); }
   Seeds fill(const Region& region, const SeedingGrid& grid) const override {
     const auto* disk = dynamic_cast<const Disk*>(&region);
     if (disk == nullptr || grid.dim != 2) {
       throw InputError("layout type = \"polar\" fills disks only; use \"lattice\" or \"per_cell\" for other regions");
     }
+    Real candidates = 0;
+    for (int ring = 0; ring < rings; ++ring) candidates += count_in(ring);
+    require_countable(candidates);
+    require_memory(candidates);
     Seeds seeds;
     const Real width = disk->radius / rings;
     for (int ring = 0; ring < rings; ++ring) {
       const Real inner = ring * width;
       const Real outer = (ring + 1) * width;
-      const int count = sectors.value_or(static_cast<int>(std::lround(2 * std::numbers::pi * (ring + 0.5))));
+      const int count = count_in(ring);
       const Real half_angle = std::numbers::pi / count;
       // The centre of mass of a piece of a ring, so that the body's first moments are exact.
       const Real radius = 2.0 / 3 * (std::pow(outer, 3) - std::pow(inner, 3)) / (outer * outer - inner * inner) * std::sin(half_angle) / half_angle;

@@ -145,7 +145,7 @@ void check_grid(GridSpec& grid, const Input& input, const ReadContext& context) 
   for (std::size_t d = 0; d < dim; ++d) {
     nodes *= static_cast<Real>(grid.cells[d]) + 1;
     const Real size = grid.cell_size[d];
-    if (!(size > 0) || !std::isfinite(1 / size)) {
+    if (!(size > 0) || !std::isfinite(size) || !std::isfinite(1 / size)) {
       fail_input(input, context, fmt::format("the cells' side of {} m in {} is beyond the range of numbers; lengths are in m", size, "xyz"[d]));
     }
   }
@@ -227,6 +227,13 @@ void check_time(TimeSpec& time, const Input& input, const ReadContext& context) 
       fail_input(at_key(input, "dt"), context, fmt::format("dt = {} is longer than the whole run (end = {}): no step would be done", *time.dt, time.end));
     }
   }
+  constexpr Real k_steps_max = 1e15;  // near 2^53 a sum of steps would stand still
+  const Real longest = time.dt.value_or(time.dt_max.value_or(time.end));
+  if (time.end / longest > k_steps_max) {
+    const char* key = time.dt ? "dt" : "dt_max";
+    fail_input(at_key(input, key), context, fmt::format("{} = {} makes {:.3g} steps to end = {}, at most {:.0g} are possible", key, longest,
+                                                        time.end / longest, time.end, k_steps_max));
+  }
   if (time.dt_max && *time.dt_max < time.dt_min) {
     fail_input(at_key(input, "dt_max"), context, fmt::format("dt_max = {} is below dt_min = {}", *time.dt_max, time.dt_min));
   }
@@ -243,14 +250,35 @@ void check_probe(ProbeSpec& probe, const Input& input, const ReadContext& contex
                                             : "which particle? Give particle = its id, or nearest = [x, y] of a point");
 }
 
+[[noreturn]] void fail_at(const std::string& place, const std::string& text) { fail_input(Input::table().with_place(place), {}, text); }
+
 template <class Item>
 void check_unique_names(const std::vector<Item>& items, const std::string& what) {
   std::set<std::string> names;
   for (const Item& item : items) {
     if (names.insert(item.name).second) continue;
-    throw InputError("{}{}two {} have the name \"{}\"; give each its own", item.place, item.place.empty() ? "" : ": ",
-                     what == "body" ? "bodies" : what + "s", item.name);
+    fail_at(item.place, fmt::format("two {} have the name \"{}\"; give each its own", what == "body" ? "bodies" : what + "s", item.name));
   }
+}
+
+/// Output times that fit to the end of the run.
+void check_output_times(const Case& problem, const Input& input) {
+  constexpr Real k_outputs_max = 1e8;
+  const Input* const table = input.find("output");
+  if (table == nullptr) return;
+  const ReadContext context{problem.dim, "output"};
+  for (const Real t : problem.output.fields_at) {
+    if (t <= problem.time.end) continue;
+    fail_input(at_key(*table, "fields_at"), context, fmt::format("fields_at: {} s is after the end of the run, {} s", t, problem.time.end));
+  }
+  const auto check_interval = [&](const std::string& key, const std::optional<Real>& every) {
+    if (!every || problem.time.end / *every <= k_outputs_max) return;
+    fail_input(at_key(*table, key), context,
+               fmt::format("{} = {} makes {:.3g} outputs until the end of the run, {} s; at most {:.0g} are possible", key, *every,
+                           problem.time.end / *every, problem.time.end, k_outputs_max));
+  };
+  check_interval("history_every", problem.output.history_every);
+  check_interval("fields_every", problem.output.fields_every);
 }
 
 /// What only the whole case knows.
@@ -266,12 +294,9 @@ void check_together(const Case& problem) {
     const std::string axis(1, "xyz"[(side - sides.begin()) / 2]);
     const std::vector<std::string>& periodic = problem.grid.periodic;
     if (std::find(periodic.begin(), periodic.end(), axis) != periodic.end()) {
-      throw InputError("{}{}boundary {}: side = \"{}\" is periodic (grid.periodic has \"{}\"), so it has no boundary", boundary.place,
-                       boundary.place.empty() ? "" : ": ", b + 1, boundary.side, axis);
+      fail_at(boundary.place, fmt::format("boundary {}: side = \"{}\" is periodic (grid.periodic has \"{}\"), so it has no boundary", b + 1,
+                                          boundary.side, axis));
     }
-  }
-  for (const Real t : problem.output.fields_at) {
-    if (t > problem.time.end) throw InputError("output: fields_at: {} s is after the end of the run, {} s", t, problem.time.end);
   }
 }
 
@@ -420,6 +445,7 @@ Case Case::from_input(const Input& input, const std::string& name) {
   context.dim = problem.dim;
   parameters_of<Case>().read(input, context, problem);
   check_together(problem);
+  check_output_times(problem, input);
   return problem;
 }
 

@@ -5,13 +5,12 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 #include <toml++/toml.h>
 
 namespace matpoint {
 namespace {
 
-constexpr std::uintmax_t k_file_size_max = 64u << 20;
+constexpr std::uintmax_t k_file_size_max = 16u << 20;  // of numbers, 100 times that in memory
 
 std::string place_of(const std::string& file, const toml::source_region& source) {
   return source.begin.line > 0 ? fmt::format("{}:{}", file, source.begin.line) : file;
@@ -29,7 +28,8 @@ Input convert(const toml::node& node, const std::string& file) {
       const auto& y = b.second->source().begin;
       return x.line != y.line ? x.line < y.line : x.column < y.column;
     });
-    for (const auto& [key, value] : entries) result.set(key, convert(*value, file));
+    // Keys of TOML are unique; Input::set would look for each of them among all others.
+    for (const auto& [key, value] : entries) result.entries().emplace_back(key, convert(*value, file));
     return result.with_place(place);
   }
   if (const toml::array* array = node.as_array()) {
@@ -44,21 +44,30 @@ Input convert(const toml::node& node, const std::string& file) {
   throw InputError("{}: dates and times are not used in case files; times are numbers in seconds", place);
 }
 
-/// Text of a file in a message: one line, no control characters, not endless.
-std::string printable(std::string_view text) {
-  std::string result;
-  for (const char c : text.substr(0, 200)) result += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? '?' : c;
-  return result;
-}
-
 // --- writing ---------------------------------------------------------------------------------------------------------
 
+/// Whether all bytes form characters of UTF-8, as far as counting their bytes tells.
+bool is_utf8(const std::string& text) {
+  std::size_t continuing = 0;
+  for (const char c : text) {
+    const auto u = static_cast<unsigned char>(c);
+    if (((u & 0xc0) == 0x80) != (continuing > 0)) return false;
+    if (continuing > 0) --continuing;
+    else if (u >= 0xf8) return false;
+    else continuing = u >= 0xf0 ? 3 : u >= 0xe0 ? 2 : u >= 0xc0 ? 1 : 0;
+  }
+  return continuing == 0;
+}
+
 std::string string_text(const std::string& value) {
+  // A command line or a file name may hold any bytes, TOML only characters.
+  const bool is_text = is_utf8(value);
   std::string text = "\"";
   for (const char c : value) {
     const auto u = static_cast<unsigned char>(c);
     if (c == '"' || c == '\\') text += std::string("\\") + c;
     else if (u < 0x20 || u == 0x7f) text += fmt::format("\\u{:04X}", u);
+    else if (u >= 0x80 && !is_text) text += "\\uFFFD";
     else text += c;
   }
   return text + '"';
@@ -128,27 +137,32 @@ void write_table(const Input& table, const std::string& path, std::string& text)
 
 std::vector<std::string> split_path(const std::string& path) {
   std::vector<std::string> words;
-  std::stringstream stream(path);
-  for (std::string word; std::getline(stream, word, '.');) words.push_back(word);
+  std::size_t begin = 0;
+  for (std::size_t dot = path.find('.'); dot != std::string::npos; dot = path.find('.', begin)) {
+    words.push_back(path.substr(begin, dot - begin));
+    begin = dot + 1;
+  }
+  words.push_back(path.substr(begin));
   return words;
 }
 
 /// The value as TOML, or the text itself as a string: `--set grid.particles_outside=stop` needs no quotes.
 Input set_value(const std::string& text, const std::string& place) {
-  const std::string line = "value = " + text;
   if (text.find('\n') == std::string::npos) {
     try {
-      const toml::table parsed = toml::parse(line);
-      if (parsed.size() == 1) {
-        Input value = convert(*parsed.get("value"), place);
-        return value;
-      }
+      const toml::table parsed = toml::parse("value = " + text);
+      const toml::node& value = *parsed.get("value");
+      const bool is_date = value.is_date() || value.is_time() || value.is_date_time();
+      if (!is_date) return convert(value, place);
     } catch (const toml::parse_error&) {
       // Not TOML: a plain word.
     }
   }
   return Input::string(text);
 }
+
+/// A key of the table, for an example.
+std::string key_in(const Input& table) { return table.entries().empty() ? "KEY" : table.entries().front().first; }
 
 /// All places below `input` become the one of the option.
 void set_place(Input& input, const std::string& place) {
@@ -169,8 +183,27 @@ Input& find_item(Input& list, const std::string& word, const std::string& place)
   std::size_t number = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
   if (error == std::errc{} && end == word.data() + word.size() && number >= 1 && number <= list.items().size()) return list.items()[number - 1];
-  throw InputError("{}: there is no \"{}\"; give {}{}a number from 1 to {}{}", place, word, list_names(names), names.empty() ? "" : " or ",
-                   list.items().size(), did_you_mean(word, names));
+  if (list.items().empty()) throw InputError("{}: there is no \"{}\", the list is empty", place, printable(word));
+  throw InputError("{}: there is no \"{}\"; give {}{}a number from 1 to {}{}", place, printable(word), list_names(names),
+                   names.empty() ? "" : " or ", list.items().size(), did_you_mean(word, names));
+}
+
+// --- files -----------------------------------------------------------------------------------------------------------
+
+/// A pipe is as good as a file, but one that never ends is not.
+std::string read_text(const std::filesystem::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  std::string text;
+  std::vector<char> block(1 << 16);
+  while (stream && text.size() <= k_file_size_max) {
+    stream.read(block.data(), static_cast<std::streamsize>(block.size()));
+    text.append(block.data(), static_cast<std::size_t>(stream.gcount()));
+  }
+  if (text.size() > k_file_size_max) {
+    throw InputError("\"{}\" has more than {} MB; that must be a mistake, a case file has a few kB", path.string(), k_file_size_max >> 20);
+  }
+  if (!stream.eof()) throw InputError("cannot read \"{}\": {}", path.string(), std::strerror(errno));
+  return text;
 }
 
 }  // namespace
@@ -195,18 +228,21 @@ void apply_set(Input& input, const std::string& assignment) {
     throw InputError("--set {}: expected KEY=VALUE, e.g. --set solver.flip=0.99", printable(assignment));
   }
   const std::string path = assignment.substr(0, equals);
-  const std::string place = "--set " + path;
+  const std::string place = "--set " + printable(path);
+  if (!is_utf8(assignment)) throw InputError("--set: KEY=VALUE is not valid UTF-8, as the texts of a case must be");
   const std::vector<std::string> words = split_path(path);
   Input* target = &input;
   for (std::size_t w = 0; w < words.size(); ++w) {
     const bool is_last = w + 1 == words.size();
     if (words[w].empty()) throw InputError("{}: the key has an empty part", place);
-    if (target->kind() == Input::Kind::array) {
+    if (target->kind() == Input::Kind::array && (target->items().empty() || target->items().front().kind() == Input::Kind::table)) {
       target = &find_item(*target, words[w], place);
-      if (is_last) throw InputError("{}: names a whole entry; name a key in it, e.g. {}.name", place, path);
+      if (is_last) throw InputError("{}: names a whole entry; name a key in it, e.g. {}.{}", place, printable(path), key_in(*target));
       continue;
     }
-    if (target->kind() != Input::Kind::table) throw InputError("{}: \"{}\" stands below {}, which is no table", place, words[w], target->text());
+    if (target->kind() != Input::Kind::table) {
+      throw InputError("{}: \"{}\" stands below {}, which is no table; set that value as a whole", place, printable(words[w]), target->text());
+    }
     if (is_last) {
       Input value = set_value(assignment.substr(equals + 1), place);
       set_place(value, place);
@@ -231,14 +267,7 @@ CaseText find_case(const std::string& name) {
     throw InputError("there is no file and no shipped case \"{}\"{} (`matpoint list cases` names the shipped ones)", printable(name), did_you_mean(stem, names));
   }
   if (fs::is_directory(path, ignored)) throw InputError("\"{}\" is a folder; give a case file", name);
-  if (const auto size = fs::file_size(path, ignored); !ignored && size > k_file_size_max) {
-    throw InputError("\"{}\" has {} bytes; a case file of more than {} MB must be a mistake", name, size, k_file_size_max >> 20);
-  }
-  std::ifstream stream(path, std::ios::binary);
-  std::stringstream text;
-  text << stream.rdbuf();
-  if (!stream) throw InputError("cannot read \"{}\": {}", name, std::strerror(errno));
-  return {text.str(), name, stem};
+  return {read_text(path), name, stem};
 }
 
 Case load_case(const std::string& name, const std::vector<std::string>& sets) {

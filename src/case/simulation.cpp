@@ -34,6 +34,8 @@ class Simulation::Schedule {
 };
 
 Simulation::Simulation(Case problem) : case_(std::move(problem)), solver_(make_solver(case_)) {
+  // Also when nothing is to be written: `matpoint check` shall find what `matpoint run` would refuse.
+  check_outputs(case_, *solver_);
   for (std::size_t b = 0; b < solver_->body_count(); ++b) {
     const BodyTotals totals = solver_->totals(b);
     initial_energy_ += totals.kinetic_energy + totals.strain_energy + totals.gravitational_energy;

@@ -28,7 +28,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates) {
   // A long name is noise, not a typing error; comparing it would only cost time.
-  if (name.size() > 64) return {};
+  if (name.empty() || name.size() > 64) return {};
   std::string best;
   std::size_t best_distance = std::numeric_limits<std::size_t>::max();
   for (const std::string& candidate : candidates) {
@@ -51,6 +51,15 @@ std::string nearest_name(std::string_view name, const std::vector<std::string>& 
 std::string did_you_mean(std::string_view name, const std::vector<std::string>& candidates) {
   const std::string nearest = nearest_name(name, candidates);
   return nearest.empty() ? std::string{} : fmt::format("; did you mean \"{}\"?", nearest);
+}
+
+std::string printable(std::string_view text, std::size_t longest) {
+  std::size_t length = std::min(text.size(), longest);
+  // Bytes 10xxxxxx go on with a character of UTF-8.
+  while (length < text.size() && length > 0 && (static_cast<unsigned char>(text[length]) & 0xc0) == 0x80) --length;
+  std::string shown;
+  for (const char c : text.substr(0, length)) shown += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? '?' : c;
+  return length < text.size() ? shown + "..." : shown;
 }
 
 std::string list_names(const std::vector<std::string>& names) {

@@ -34,6 +34,9 @@ std::string nearest_name(std::string_view name, const std::vector<std::string>& 
 /// `; did you mean "x"?` or an empty string.
 std::string did_you_mean(std::string_view name, const std::vector<std::string>& candidates);
 
+/// Text from outside as messages show it: one line without control characters, cut after `longest` bytes, never within a character.
+std::string printable(std::string_view text, std::size_t longest = 200);
+
 /// "a", "b" or "c".
 std::string list_names(const std::vector<std::string>& names);
 

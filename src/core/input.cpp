@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "core/error.hpp"
+
 namespace matpoint {
 
 Input Input::boolean(bool value) {
@@ -70,8 +72,7 @@ std::string Input::text() const {
       break;
     case Kind::table: text = "{...}"; break;
   }
-  if (text.size() > k_longest) text = text.substr(0, k_longest) + "...";
-  return text;
+  return printable(text, k_longest);
 }
 
 const Input* Input::find(const std::string& key) const {

@@ -44,7 +44,8 @@ void fail_input(const Input& input, const ReadContext& context, const std::strin
   std::string message;
   if (!input.place().empty()) message += input.place() + ": ";
   if (!context.where.empty()) message += context.where + ": ";
-  throw InputError(message + text);
+  message += text;
+  throw InputError(printable(message, message.size()));
 }
 
 void refuse_unknown_keys(const Input& table, const ReadContext& context, const std::vector<std::string>& names) {
@@ -52,7 +53,7 @@ void refuse_unknown_keys(const Input& table, const ReadContext& context, const s
     bool is_known = false;
     for (const std::string& name : names) is_known = is_known || name == key;
     if (is_known) continue;
-    const std::string shown = key.size() > 60 ? key.substr(0, 60) + "..." : key;
+    const std::string shown = printable(key, 60);
     const std::string hint = did_you_mean(key, names);
     fail_input(value, context,
                fmt::format("unknown key \"{}\"{}", shown, hint.empty() ? "; known keys: " + list_names(names) : hint));

@@ -160,8 +160,9 @@ class ParameterTable {
       if (const Input* value = input.find(entry.description.name)) {
         entry.read(object, *value, context);
       } else if (entry.description.is_required) {
-        fail_input(input, context, fmt::format("{} is missing ({} [{}]): {}", entry.description.name, entry.description.type,
-                                               entry.description.unit, entry.description.help));
+        const ParameterDescription& missing = entry.description;
+        const std::string unit = missing.unit == "1" ? "" : fmt::format(" [{}]", missing.unit);
+        fail_input(input, context, fmt::format("{} is missing ({}{}): {}", missing.name, missing.type, unit, missing.help));
       }
     }
   }

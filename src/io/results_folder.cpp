@@ -22,7 +22,7 @@ void check_file_name(const std::string& what, const std::string& name, const std
   if (!name.empty() && name.size() <= 100 && name[0] != '.' && std::all_of(name.begin(), name.end(), is_allowed)) return;
   throw InputError(
       "{}{} \"{}\": its results cannot be named so; allowed: 1 to 100 letters, digits, spaces or any of _ - + . but not a . first",
-      place.empty() ? "" : place + ": ", what, name);
+      place.empty() ? "" : place + ": ", what, printable(name));
 }
 
 void check_file_names(const Case& problem) {
@@ -69,7 +69,26 @@ FieldSet particles_of(const Snapshot& now, std::size_t body, const std::vector<s
   return set;
 }
 
+void check_fields(const Case& problem, const Solver& solver) {
+  std::vector<std::string> known;
+  for (std::size_t b = 0; b < solver.body_count(); ++b) {
+    for (const std::string& name : solver.field_names(b)) {
+      if (!has(known, name)) known.push_back(name);
+    }
+  }
+  for (const std::string& name : problem.output.fields) {
+    if (has(known, name)) continue;
+    throw InputError("output: fields: \"{}\" is unknown, allowed: {}{}", printable(name), list_names(known), did_you_mean(name, known));
+  }
+}
+
 }  // namespace
+
+void check_outputs(const Case& problem, const Solver& solver) {
+  check_file_names(problem);
+  check_fields(problem, solver);
+  for (const ProbeSpec& probe : problem.probes) find_probe(probe, solver);
+}
 
 ResultsFolder::ResultsFolder(fs::path path, ExistingFolder existing) : path_(std::move(path)), existing_(existing) { check_folder(); }
 
@@ -98,7 +117,7 @@ void ResultsFolder::check_folder() const {
 
 void ResultsFolder::begin(const Snapshot& start, int threads, const std::string& command) {
   const Case& problem = start.problem;
-  check_file_names(problem);
+  check_outputs(problem, start.solver);
   manifest_.threads = threads;
   manifest_.command = command;
   manifest_.started = time_stamp();
@@ -130,22 +149,15 @@ void ResultsFolder::begin(const Snapshot& start, int threads, const std::string&
 
 void ResultsFolder::choose_fields(const Snapshot& start) {
   const std::vector<std::string>& wanted = start.problem.output.fields;
-  std::vector<std::string> known;
   manifest_.field_units = Input::table();
   for (std::size_t b = 0; b < start.solver.body_count(); ++b) {
     Writers& writers = bodies_.emplace_back();
     for (const std::string& name : start.solver.field_names(b)) {
-      if (!has(known, name)) known.push_back(name);
       // The points' coordinates are always written.
       if (name != "position" && (wanted.empty() || has(wanted, name))) {
         writers.fields.push_back(name);
         manifest_.field_units.set(name, Input::string(start.solver.field(b, name).unit));
       }
-    }
-  }
-  for (const std::string& name : wanted) {
-    if (!has(known, name)) {
-      throw InputError("output: fields: \"{}\" is unknown, allowed: {}{}", name, list_names(known), did_you_mean(name, known));
     }
   }
 }

@@ -18,6 +18,9 @@
 
 namespace matpoint {
 
+/// Whether the outputs that a case asks for can be written: names of files, fields, probes. Throws InputError.
+void check_outputs(const Case& problem, const Solver& solver);
+
 enum class ExistingFolder { refuse, overwrite };
 
 class ResultsFolder {

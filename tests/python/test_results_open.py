@@ -1,10 +1,9 @@
 """The results of a run open with VTK as a user would open them, and say the same as history.csv.
 
-Run with MATPOINT_PROGRAM set to the built program: pytest tests/python (needs vtk or pyvista from PyPI).
+Needs vtk or pyvista from PyPI.
 """
 
 import csv
-import os
 import pathlib
 import subprocess
 import tomllib
@@ -27,7 +26,7 @@ class Results:
     def __init__(self, folder):
         self.folder = pathlib.Path(folder)
         self.manifest = tomllib.loads((self.folder / "manifest.toml").read_text())
-        self.bodies = [body["name"] for body in self.manifest["case"]["bodies"]]
+        self.bodies = [body["name"] for body in self.manifest["case"]["body"]]
         with open(self.folder / "history.csv", newline="") as stream:
             self.history = {float(row["time"]): {k: float(v) for k, v in row.items()} for row in csv.DictReader(stream)}
 
@@ -66,10 +65,7 @@ def points(data_set):
 
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory):
-    program = os.environ.get("MATPOINT_PROGRAM")
-    if not program:
-        pytest.fail("set MATPOINT_PROGRAM to the built matpoint program")
+def results(program, tmp_path_factory):
     folder = tmp_path_factory.mktemp("results") / "disks"
     sets = [f"time.end={END}", "output.fields_every=0.002", "output.history_every=0.001", "output.grid=true", 'output.formats=["vtkhdf", "vtu"]']
     command = [program, "run", "disks", "--out", str(folder)]

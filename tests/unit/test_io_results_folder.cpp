@@ -223,7 +223,7 @@ TEST_F(ResultsFolderTest, names_that_cannot_be_files_are_input_errors) {
   problem.bodies[0].place = "case.toml:12";
   for (const char* name : {"a/b", "../up", "", "a,b", "a\nb", ".hidden"}) {
     problem.bodies[0].name = name;
-    EXPECT_THAT(refusal(), HasSubstr("case.toml:12: body \"" + std::string(name) + "\": its results cannot be named so"));
+    EXPECT_THAT(refusal(), HasSubstr("case.toml:12: body \"" + printable(name) + "\": its results cannot be named so"));
   }
   problem.bodies[0].name = "grid";
   problem.output.grid = true;

@@ -249,7 +249,7 @@ TEST(ParticlesOutside, removed_particle_is_booked_with_mass_momentum_and_energy)
 TEST(FailedRun, inverted_material_stops_with_step_time_body_and_particle) {
   Case problem = make_case(2, {0, 0, 0}, {1, 1, 0}, {4, 4});
   problem.bodies.push_back(make_body("soft", lattice(2, {0.25, 0.25, 0}, {0.75, 0.75, 0}, {4, 4, 1}), st_venant_kirchhoff(1, 0.3, 1000),
-                                     [](const Vec3& x) { return Vec3{-30 * (x[0] - 0.5), 0, 0}; }));
+                                     [](const Vec3& x) { return Vec3{-200 * (x[0] - 0.5), 0, 0}; }));
   problem.time.dt = 0.01;
   Simulation sim(problem);
   try {

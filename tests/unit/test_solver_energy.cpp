@@ -124,7 +124,7 @@ Case busy_case(StressOrder order, Real dt) {
   problem.solver.damping = 0.5;
   problem.solver.mass_cutoff = 1e-10;
   problem.bodies.push_back(make_body("solid", lattice(2, {0.3, 0.6, 0}, {0.9, 1.1, 0}, {20, 16, 1}), neo_hookean(2e4, 0.3, 1000)));
-  problem.bodies.push_back(make_body("pool", lattice(2, {0, 0, 0}, {2, 0.4, 0}, {64, 13, 1}), newtonian_fluid(1e4, 1, 1000)));
+  problem.bodies.push_back(make_body("pool", lattice(2, {0, 0, 0}, {2, 0.4, 0}, {64, 13, 1}), newtonian_fluid(1e4, 20, 1000)));
   BoundarySpec floor = make_side("bottom", BoundaryKind::velocity, {"y"});
   floor.velocity = {0, 0.05};
   problem.boundaries = {make_side("left", BoundaryKind::slip), make_side("right", BoundaryKind::slip), floor};

@@ -19,7 +19,7 @@ struct Comparison {
 constexpr Real k_E = 1e4;
 constexpr Real k_nu = 0.3;
 constexpr Real k_kappa = 2e3;
-constexpr Real k_viscosity = 0.8;
+constexpr Real k_viscosity = 8;
 constexpr Real k_density = 900;
 constexpr Real k_dt = 5e-4;
 constexpr int k_steps = 300;
