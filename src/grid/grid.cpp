@@ -237,9 +237,8 @@ std::vector<Field> Grid<Dim, R>::fields() const {
       std::size_t node = 0;
       for (int d = Dim - 1; d >= 0; --d) node = node * static_cast<std::size_t>(nodes(d)) + static_cast<std::size_t>(tile->first[static_cast<std::size_t>(d)]);
       for (int lane = 0; lane < k_lanes<R> && tile->first[0] + lane < nodes(0); ++lane, ++node) {
-        const Real m = static_cast<Real>(tile->values.mass[lane]);
-        mass.values[node] = m;
-        for (std::size_t d = 0; d < Dim; ++d) velocity.values[node * Dim + d] = m > 0 ? static_cast<Real>(tile->values.momentum[d][lane]) / m : 0;
+        mass.values[node] = static_cast<Real>(tile->values.moved_mass[lane]);
+        for (std::size_t d = 0; d < Dim; ++d) velocity.values[node * Dim + d] = static_cast<Real>(tile->values.velocity[d][lane]);
       }
     }
   }

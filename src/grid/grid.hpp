@@ -93,7 +93,7 @@ class Grid {
   /// Clears everything that is summed.
   void clear();
 
-  /// Nodal mass, and velocity of what is mapped now, x fastest; 0 where no tile is.
+  /// Nodal mass and velocity of the last step, x fastest; 0 where no tile is.
   std::vector<Field> fields() const;
   Index tile_count() const;
   Index memory() const;

@@ -44,6 +44,7 @@ struct alignas(64) NodeValues {
   Lanes velocity[Dim];
   /// Acceleration; in the second mapping of MUSL and USF the velocity that the gradient is taken of.
   Lanes second[Dim];
+  Lanes moved_mass;  ///< The mass that `velocity` belongs to; `mass` is that of the next step by then.
 };
 
 /// Where the fields are in a slot, as multiples of `k_lanes` numbers; -1: the body does not store it.

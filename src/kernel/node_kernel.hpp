@@ -22,6 +22,7 @@ __attribute__((flatten)) void advance_nodes(NodeValues<Dim, R>& nodes, const Nod
   const P zero = P(0);
   for (int lane = 0; lane < k_lanes<R>; lane += P::k_width) {
     const P m = P::load(nodes.mass + lane);
+    m.store(nodes.moved_mass + lane);
     const Mask<R> active = is_active(m, dynamics.mass_cutoff);
     const P inverse_m = select(active, P(1) / select(active, m, P(1)), zero);
     const bool has_cutoff = any(~active & (m > zero));

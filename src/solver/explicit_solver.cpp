@@ -37,6 +37,10 @@ template <int Dim, class R>
 void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
   using GridType = Grid<Dim, R>;
   if (!is_mapped_) start();
+  // What leaves the grid in this step has been pulled for the whole of it.
+  for (auto& body : bodies_) {
+    for (std::size_t d = 0; d < Dim; ++d) ledger_.gravity_impulse[d] += body->mass() * dynamics_.gravity[d] * dt;
+  }
   if (stress_order_ == StressOrder::usf) {
     {
       Stage stage(profile_, "grid");
@@ -60,10 +64,7 @@ void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
   sweep("g2p, stress, p2g", last, dt);
   {
     Stage stage(profile_, "check");
-    for (auto& body : bodies_) {
-      ledger_.viscous_dissipation += body->viscous_dissipation();
-      for (std::size_t d = 0; d < Dim; ++d) ledger_.gravity_impulse[d] += body->mass() * dynamics_.gravity[d] * dt;
-    }
+    for (auto& body : bodies_) ledger_.viscous_dissipation += body->viscous_dissipation();
     check_state(t + dt);
   }
 }
