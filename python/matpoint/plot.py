@@ -21,7 +21,8 @@ try:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
     import numpy as np
-    from matplotlib.colors import Normalize
+    from matplotlib.colors import ListedColormap, Normalize
+    from matplotlib.patches import Patch
 except ImportError as missing:
     print(
         f"error: {missing}: pictures need the Python packages numpy, matplotlib and h5py; this is {sys.executable}. Install them "
@@ -195,12 +196,17 @@ def color_scale(values: np.ndarray) -> tuple[Normalize, str, str]:
 
 
 def panel_grid(count: int, aspect: float) -> tuple[int, int]:
-    """Rows and columns for panels of the given height / width, so that the whole is about as wide as 1.6 times its height."""
-    columns = min(range(1, count + 1), key=lambda c: abs(np.log(1.6 * aspect * -(-count // c) / c)))
+    """Rows and columns for panels of the given height / width: about 1.6 times as wide as high as a whole, with few empty places."""
+
+    def badness(columns: int) -> float:
+        rows = -(-count // columns)
+        return abs(np.log(1.6 * aspect * rows / columns)) + (rows * columns - count) / count
+
+    columns = min(range(1, count + 1), key=badness)
     return -(-count // columns), columns
 
 
-def draw_particles(axes: plt.Axes, results: Results, index: int, field: str, norm: Normalize, cmap: str) -> list:
+def draw_particles(axes: plt.Axes, results: Results, index: int, field: str, norm: Normalize, cmap: str | ListedColormap) -> list:
     """Draws all bodies at one written time. Returns the scatters with their particle sizes [m]."""
     drawn = []
     for body in results.bodies.values():
@@ -257,7 +263,10 @@ def plot_particles(results: Results, field: str, wanted_times: list[float] | Non
     """
     bodies = list(results.bodies.values())
     indices = choose_times(bodies, wanted_times)
-    norm, cmap, extend = color_scale(np.concatenate([body.scalar(field, i) for i in indices for body in bodies]))
+    if field == "body":
+        norm, cmap, extend = Normalize(-0.5, len(COLORS) - 0.5), ListedColormap(COLORS), "neither"
+    else:
+        norm, cmap, extend = color_scale(np.concatenate([body.scalar(field, i) for i in indices for body in bodies]))
     lower, upper = grid_box(results)
     box = project(np.stack([lower, upper]), 2) if results.dim == 2 else np.array([[0, 0], [1.0, 1.0]])
     aspect = float(np.clip(np.ptp(box[:, 1]) / np.ptp(box[:, 0]), 0.15, 6))
@@ -276,7 +285,11 @@ def plot_particles(results: Results, field: str, wanted_times: list[float] | Non
         axes.set_visible(False)
     label_panels(panels, len(indices), results.dim)
     unit = results.unit(field)
-    figure.colorbar(drawn[0][1], ax=panels, label=f"{field} [{unit}]" if unit else field, extend=extend, shrink=0.9, pad=0.02)
+    if field == "body":
+        patches = [Patch(color=cmap(norm(int(body.scalar(field, indices[0])[0]))), label=name) for name, body in results.bodies.items()]
+        figure.legend(handles=patches, loc="outside right center")
+    else:
+        figure.colorbar(drawn[0][1], ax=panels, label=f"{field} [{unit}]" if unit else field, extend=extend, shrink=0.9, pad=0.02)
     figure.suptitle(title_of(results), fontsize=10)
     size_markers(figure, drawn)
     return figure
