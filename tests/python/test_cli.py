@@ -77,7 +77,7 @@ def test_run_writes_results_and_says_where_and_what_next(matpoint, program, case
     assert "results: results/fall\n" in done.stdout
     assert f"next:    {program} plot results/fall\n" in done.stdout
     assert "100 steps to t = 0.01 s" in done.stdout and "particle-updates/s" in done.stdout
-    for stage in ("locate", "p2g", "grid", "output, rest", "all"):
+    for stage in ("g2p, p2g", "g2p, stress, p2g", "grid", "output, rest", "all"):
         assert re.search(rf"^  {stage} +[\d.]+ +[\d.]+ +[\d.]+$", done.stdout, re.M), stage
     rows = history(folder)
     # 8 cells of 4 particles and 1000 kg/m^3 on 1/8 m^2; the block falls freely: 0.01 s of 10 m/s^2. Round-off of 100 steps.
