@@ -1,9 +1,11 @@
 // The program `matpoint`: reads the command line, calls one command, and turns every way to fail into its exit code.
 #include <CLI/CLI.hpp>
+#include <unistd.h>
 
 #include <cerrno>
 #include <charconv>
 #include <cstdio>
+#include <cstdlib>
 #include <system_error>
 
 #include "commands.hpp"
@@ -161,6 +163,14 @@ int run_program(int argc, char** argv) {
   return dispatch(app, arguments);
 }
 
+/// Threads of GNU OpenMP that wait for each other spin for milliseconds; when other programs want the processors, too, a run becomes
+/// tens of times slower. The library reads how long to spin before main() begins, so the program starts itself once more.
+void limit_spinning(char** argv) {
+  if (std::getenv("GOMP_SPINCOUNT") != nullptr || std::getenv("OMP_WAIT_POLICY") != nullptr) return;
+  setenv("GOMP_SPINCOUNT", "20000", 1);  // about 50 microseconds, more than the pause between two sweeps
+  execv("/proc/self/exe", argv);         // comes back only if there is no such file: then threads spin
+}
+
 int fail(int code, const std::string& text) {
   std::fflush(stdout);
   fmt::print(stderr, "error: {}\n", text);
@@ -172,6 +182,7 @@ int fail(int code, const std::string& text) {
 
 int main(int argc, char** argv) {
   using namespace matpoint;
+  limit_spinning(argv);
   try {
     const int code = run_program(argc, argv);
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {

@@ -187,7 +187,7 @@ def color_scale(values: np.ndarray) -> tuple[Normalize, str, str]:
     elif finite.max() > 0 and min(-low, high) > 0.05 * max(-low, high):
         bound = max(-low, high)
         extend = "both" if finite.min() < -bound or finite.max() > bound else "neither"
-        return Normalize(-bound, bound), "RdBu_r", extend
+        return Normalize(-bound, bound), "coolwarm", extend
     if low == high:
         low, high = low - 0.5 * max(abs(low), 1e-30), high + 0.5 * max(abs(high), 1e-30)
     below, above = finite.min() < low, finite.max() > high

@@ -4,11 +4,6 @@
 #include <cmath>
 
 namespace matpoint {
-namespace {
-
-constexpr int k_pages_per_allocation = 64;
-
-}  // namespace
 
 template <int Dim, class R>
 CellBlocks<Dim, R>::CellBlocks(GridType& grid, const SlotLayout& layout)
@@ -26,15 +21,8 @@ Index CellBlocks<Dim, R>::key_of(const Place<Dim>& first) const {
 
 template <int Dim, class R>
 R* CellBlocks<Dim, R>::take_page(Band& band) {
-  if (band.unused_pages.empty()) {
-    const std::size_t page = static_cast<std::size_t>(BlockType::k_page_slots * layout_.field_count * L);
-    // A little more than asked for, to begin at a multiple of 64 bytes.
-    band.page_storage.push_back(std::make_unique<R[]>(page * k_pages_per_allocation + L));
-    R* first = band.page_storage.back().get();
-    while (reinterpret_cast<std::uintptr_t>(first) % 64 != 0) ++first;
-    // The last one first: pages are handed out in the order of memory.
-    for (int p = k_pages_per_allocation - 1; p >= 0; --p) band.unused_pages.push_back(first + static_cast<std::size_t>(p) * page);
-  }
+  const std::size_t page_size = static_cast<std::size_t>(BlockType::k_page_slots * layout_.field_count * L);
+  if (band.unused_pages.empty()) return static_cast<R*>(pages_.take(page_size * sizeof(R)));
   R* const page = band.unused_pages.back();
   band.unused_pages.pop_back();
   return page;
@@ -159,10 +147,9 @@ Vec3 CellBlocks<Dim, R>::position(const BlockType& block, const R* fields, int l
 
 template <int Dim, class R>
 Index CellBlocks<Dim, R>::memory() const {
-  std::size_t bytes = 0;
+  auto bytes = static_cast<std::size_t>(pages_.memory());
   for (const Band& band : bands_) {
-    const std::size_t page = static_cast<std::size_t>(BlockType::k_page_slots * layout_.field_count * L) * sizeof(R);
-    bytes += band.page_storage.size() * (page * k_pages_per_allocation + 64) + band.unused_pages.capacity() * sizeof(R*);
+    bytes += band.unused_pages.capacity() * sizeof(R*);
     bytes += band.storage.size() * (sizeof(BlockType) + 8 * sizeof(void*)) + band.leaving.values.capacity() * sizeof(R);
   }
   return static_cast<Index>(bytes);

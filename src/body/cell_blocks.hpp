@@ -8,6 +8,7 @@
 #include <bit>
 #include <memory>
 
+#include "core/arena.hpp"
 #include "grid/grid.hpp"
 
 namespace matpoint {
@@ -72,7 +73,6 @@ class CellBlocks {
     std::unordered_map<Index, BlockType*> by_key;
     std::deque<BlockType> storage;
     std::vector<BlockType*> unused;
-    std::vector<std::unique_ptr<R[]>> page_storage;
     std::vector<R*> unused_pages;
   };
 
@@ -121,6 +121,7 @@ class CellBlocks {
 
   GridType& grid_;
   SlotLayout layout_;
+  Arena pages_;
   std::vector<Band> bands_;
   Index count_ = 0;
 };

@@ -122,10 +122,17 @@ BodyTotals ParticleBody<Dim, R>::totals(const Vec3& gravity) const {
   for (const BodyTotals& part : parts) {
     if (part.particle_count > 0) add(sum, part);
   }
-  for (const Outside& outside : outside_) add(sum, totals_of(particle_of(outside), gravity));
+  Real outside_mass = 0;
+  for (const Outside& outside : outside_) {
+    const BodyTotals one = totals_of(particle_of(outside), gravity);
+    outside_mass += one.mass;
+    add(sum, one);
+  }
   if (sum.mass > 0) {
     for (Real& x : sum.center_of_mass) x /= sum.mass;
   }
+  // As it was summed once and for all: the order of the particles changes, and with it the rounding of a sum over them.
+  sum.mass = mass_ + outside_mass;
   return sum;
 }
 

@@ -25,7 +25,6 @@ __attribute__((flatten)) void advance_nodes(NodeValues<Dim, R>& nodes, const Nod
     m.store(nodes.moved_mass + lane);
     const Mask<R> active = is_active(m, dynamics.mass_cutoff);
     const P inverse_m = select(active, P(1) / select(active, m, P(1)), zero);
-    const bool has_cutoff = any(~active & (m > zero));
     for (int d = 0; d < Dim; ++d) {
       const P p = P::load(nodes.momentum[d] + lane);
       const P f = P::load(nodes.force[d] + lane);
@@ -42,7 +41,8 @@ __attribute__((flatten)) void advance_nodes(NodeValues<Dim, R>& nodes, const Nod
           sums.damping_dissipation += static_cast<Real>(work.v[i]);
         }
       }
-      if (has_cutoff) {
+      // A particle exactly above the neighbouring node gives this one a force, but no mass.
+      if (any(~active & ((m > zero) | (abs(f) > zero)))) {
         // The FLIP share would have gained a dt, the PIC share loses the node's momentum, too.
         const P lost = select(active, zero, (P(dt) * (f + m * g) + P(1 - dynamics.flip) * p) * P::load(booked + lane));
         for (int i = 0; i < P::k_width; ++i) sums.cutoff_impulse[static_cast<std::size_t>(d)] -= static_cast<Real>(lost.v[i]);

@@ -77,7 +77,7 @@ def test_run_writes_results_and_says_where_and_what_next(matpoint, program, case
     assert "results: results/fall\n" in done.stdout
     assert f"next:    {program} plot results/fall\n" in done.stdout
     assert "100 steps to t = 0.01 s" in done.stdout and "particle-updates/s" in done.stdout
-    for stage in ("locate", "p2g", "grid", "output, rest", "all"):
+    for stage in ("g2p, p2g", "g2p, stress, p2g", "grid", "output, rest", "all"):
         assert re.search(rf"^  {stage} +[\d.]+ +[\d.]+ +[\d.]+$", done.stdout, re.M), stage
     rows = history(folder)
     # 8 cells of 4 particles and 1000 kg/m^3 on 1/8 m^2; the block falls freely: 0.01 s of 10 m/s^2. Round-off of 100 steps.
@@ -443,3 +443,38 @@ def test_plot_says_what_is_wrong_with_its_python(matpoint, case, tmp_path):
 def test_verify_lists_its_jobs_by_preset(matpoint):
     quick, full = (matpoint("verify", "--list", "--preset", preset).stdout.splitlines() for preset in ("quick", "full"))
     assert quick and len(full) > len(quick)
+
+
+# --- instruction sets ----------------------------------------------------------------------------------------------
+
+
+def test_every_instruction_set_gives_the_same_numbers_to_round_off(matpoint, tmp_path):
+    done = matpoint("run", "disks", "--set", "time.end=0.2", "--out", "best")
+    assert done.returncode == 0, done.stderr
+    names = ["avx512", "avx2", "base"]
+    tried = 0
+    for name in names:
+        done = matpoint("run", "disks", "--set", "time.end=0.2", "--out", name, env={"MATPOINT_SIMD": name})
+        if done.returncode == 2:
+            assert f'MATPOINT_SIMD = "{name}" is not available on this processor' in done.stderr
+            continue
+        assert done.returncode == 0, done.stderr
+        assert manifest(tmp_path / name)["instruction_set"] == name
+        tried += 1
+        best, other = history(tmp_path / "best"), history(tmp_path / name)
+        # Free flight of 2000 steps: a few eps of the quantity per step, from fused products.
+        for column in ("kinetic_energy", "lower.center_of_mass_x", "upper.momentum_y"):
+            np.testing.assert_allclose(other[column], best[column], rtol=2000 * 10 * 2.2e-16)
+    assert tried >= 1  # "base" is always there
+    assert_refused(matpoint("run", "disks", env={"MATPOINT_SIMD": "avx3"}), 'MATPOINT_SIMD = "avx3"', 'did you mean "avx')
+
+
+@pytest.mark.parametrize("stress_order", ["usl", "usf", "musl"])
+def test_single_precision_follows_double_to_its_digits(matpoint, case, tmp_path, stress_order):
+    for precision in ("double", "single"):
+        sets = ["--set", f"solver.precision={precision}", "--set", f"solver.stress_order={stress_order}"]
+        assert matpoint("run", case, "--out", precision, *sets).returncode == 0
+    double, single = history(tmp_path / "double"), history(tmp_path / "single")
+    # 100 steps of free fall with a few 6e-8 of the velocity each.
+    np.testing.assert_allclose(single["momentum_y"], double["momentum_y"], rtol=1e-4, atol=1e-3)
+    np.testing.assert_allclose(single["center_of_mass_y"], double["center_of_mass_y"], rtol=1e-5)
