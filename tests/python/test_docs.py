@@ -88,15 +88,6 @@ def test_every_example_of_set_works(matpoint):
         assert done.returncode == 0, done.stderr
 
 
-def test_every_relative_link_and_picture_exists():
-    root = PAGE.parents[1]
-    pages = [root / "README.md", root / "CONTRIBUTING.md", *root.glob("docs/**/*.md")]
-    assert len(pages) > 10
-    for page in pages:
-        for link in re.findall(r"\]\(([^)#]+)[^)]*\)", page.read_text()):
-            assert link.startswith("http") or (page.parent / link).exists(), f"{page.name}: {link}"
-
-
 def test_every_shipped_case_has_a_page(matpoint):
     for name in re.findall(r"^  (\S+)", matpoint("list", "cases").stdout, re.M):
         assert (PAGE.parent / "cases" / f"{name.removesuffix('_slim')}.md").exists(), name
