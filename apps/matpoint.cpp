@@ -1,6 +1,6 @@
 // The program `matpoint`: reads the command line, calls one command, and turns every way to fail into its exit code.
-#include <CLI/CLI.hpp>
 #include <unistd.h>
+#include <CLI/CLI.hpp>
 
 #include <cerrno>
 #include <charconv>

@@ -1,7 +1,7 @@
 // Particle-updates per CPU second and core of the explicit solver, beside a plain array-of-structs loop in the same run.
 // Fails (exit code 1) when the two programs' energies differ: a fast answer to another question is worth nothing.
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <cstdio>
 #include <fstream>
@@ -69,13 +69,13 @@ class Table {
     }
     const std::string layout = name_of(k_layouts, scenario.arrangement);
     const std::string order = name_of(k_orders, scenario.order);
-    fmt::print("{:<20}{:>10}{:>12.2f}{:>12.2f}{:>8.2f}{:>7.0f}%{:>8.0f}/{:<5.0f}  {}\n", fmt::format("{}D {} {}", scenario.dim, layout, order),
-               m.particles, 1e-6 * m.plain_rate, 1e-6 * m.our_rate, m.our_rate / m.plain_rate, 100 * m.our_spread, m.plain_bytes,
-               m.our_bytes, stages);
+    fmt::print("{:<20}{:>10}{:>12.2f}{:>12.2f}{:>8.2f}{:>7.0f}%{:>8.0f}/{:<5.0f}  {}\n",
+               fmt::format("{}D {} {}", scenario.dim, layout, order), m.particles, 1e-6 * m.plain_rate, 1e-6 * m.our_rate,
+               m.our_rate / m.plain_rate, 100 * m.our_spread, m.plain_bytes, m.our_bytes, stages);
     std::fflush(stdout);
     if (file_.is_open()) {
-      file_ << fmt::format("{},{},{},{},{:.4g},{:.4g},{:.3f},{:.3f},{:.1f},{:.1f},{:.1e},{:.1e},{}\n", scenario.dim, layout, order, m.particles,
-                           m.plain_rate, m.our_rate, m.our_rate / m.plain_rate, m.our_spread, m.plain_bytes, m.our_bytes,
+      file_ << fmt::format("{},{},{},{},{:.4g},{:.4g},{:.3f},{:.3f},{:.1f},{:.1f},{:.1e},{:.1e},{}\n", scenario.dim, layout, order,
+                           m.particles, m.plain_rate, m.our_rate, m.our_rate / m.plain_rate, m.our_spread, m.plain_bytes, m.our_bytes,
                            m.kinetic_difference, m.strain_difference, stages);
     }
   }
@@ -109,7 +109,9 @@ int main(int argc, char** argv) {
   app.add_option("--dims", options.dims, "2, 3 or both")->delimiter(',')->check(CLI::Range(2, 3));
   app.add_option("--layouts", options.layouts, "lattice, jitter or both")->delimiter(',')->transform(CLI::CheckedTransformer(k_layouts));
   app.add_option("--orders", options.orders, "usl, usf, musl")->delimiter(',')->transform(CLI::CheckedTransformer(k_orders));
-  app.add_option("--repetitions", options.repetitions, "of each scenario; the medians count")->check(CLI::Range(1, 1000))->capture_default_str();
+  app.add_option("--repetitions", options.repetitions, "of each scenario; the medians count")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
   app.add_option("--csv", options.csv, "also write the table to this file");
   try {
     app.parse(argc, argv);

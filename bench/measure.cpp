@@ -94,7 +94,8 @@ Outcome repeat_ours(const Plan& plan, const Case& problem, std::map<std::string,
 double relative_difference(double ours, double plain, const char* what) {
   const double difference = std::abs(ours - plain) / plain;
   if (!(difference <= k_energy_tolerance)) {
-    throw std::runtime_error(fmt::format("the physics differ: {} energy {:.15g} J with the solver, {:.15g} J with the plain loop", what, ours, plain));
+    throw std::runtime_error(
+        fmt::format("the physics differ: {} energy {:.15g} J with the solver, {:.15g} J with the plain loop", what, ours, plain));
   }
   return difference;
 }

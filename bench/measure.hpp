@@ -23,7 +23,7 @@ struct Measurement {
   std::size_t particles = 0;
   double plain_rate = 0;
   double our_rate = 0;
-  double our_spread = 0;  ///< (greatest - least rate) / median of ours.
+  double our_spread = 0;   ///< (greatest - least rate) / median of ours.
   double plain_bytes = 0;  ///< Per particle, with the grid's share.
   double our_bytes = 0;
   std::vector<StageTime> stages;  ///< Of ours: wall time of the solver's own profile.

@@ -13,16 +13,16 @@ namespace matpoint::bench {
 /// The problem that both programs solve. The grid begins at the origin and has cubic cells.
 struct Scene {
   int dim = 2;
-  double cell_size = 0;                         ///< [m]
-  std::array<int, 3> cells{1, 1, 1};            ///< Cells per direction.
+  double cell_size = 0;                                        ///< [m]
+  std::array<int, 3> cells{1, 1, 1};                           ///< Cells per direction.
   std::array<std::vector<std::array<double, 3>>, 2> position;  ///< Of each body's particles [m].
   std::array<std::vector<std::array<double, 3>>, 2> velocity;  ///< [m/s]
-  double volume = 0;                            ///< Of one particle [m^3].
-  double density = 0;                           ///< [kg/m^3]
-  double youngs_modulus = 0;                    ///< [Pa]
-  double poissons_ratio = 0;                    ///< [1]
-  double mass_cutoff = 0;                       ///< Nodes with less mass do not move [kg].
-  double dt = 0;                                ///< [s]
+  double volume = 0;                                           ///< Of one particle [m^3].
+  double density = 0;                                          ///< [kg/m^3]
+  double youngs_modulus = 0;                                   ///< [Pa]
+  double poissons_ratio = 0;                                   ///< [1]
+  double mass_cutoff = 0;                                      ///< Nodes with less mass do not move [kg].
+  double dt = 0;                                               ///< [s]
 
   std::size_t particle_count() const { return position[0].size() + position[1].size(); }
 };

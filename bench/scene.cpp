@@ -7,9 +7,9 @@
 namespace matpoint::bench {
 namespace {
 
-constexpr double k_radius = 0.44;         // [m]
-constexpr double k_approach_speed = 0.05; // [m/s], of each body
-constexpr double k_courant = 0.2;         // wave speed * dt / cell size: the particles move about 1 % of a cell in a step
+constexpr double k_radius = 0.44;          // [m]
+constexpr double k_approach_speed = 0.05;  // [m/s], of each body
+constexpr double k_courant = 0.2;          // wave speed * dt / cell size: the particles move about 1 % of a cell in a step
 
 class SeedList final : public Layout {
  public:

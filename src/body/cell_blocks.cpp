@@ -76,7 +76,8 @@ std::pair<Block<Dim, R>*, int> CellBlocks<Dim, R>::insert(const Place<Dim>& cell
 template <int Dim, class R>
 void CellBlocks<Dim, R>::extract(Band& band, BlockType& block, std::vector<Mover<R>>& movers) {
   // In one order for all instruction sets, and the last slots first: what fills a hole then never is a particle that leaves, too.
-  std::sort(movers.begin(), movers.end(), [](const Mover<R>& a, const Mover<R>& b) { return a.slot != b.slot ? a.slot > b.slot : a.lane > b.lane; });
+  std::sort(movers.begin(), movers.end(),
+            [](const Mover<R>& a, const Mover<R>& b) { return a.slot != b.slot ? a.slot > b.slot : a.lane > b.lane; });
   for (const Mover<R>& mover : movers) {
     R* const slot = block.slot(mover.slot, layout_.field_count) + mover.lane;
     typename MovingParticles<Dim, R>::Target target{block.first, false};

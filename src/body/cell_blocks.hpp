@@ -21,7 +21,7 @@ struct Block {
   alignas(64) R counts[L] = {};  ///< Particles in each cell.
   Place<Dim> first{};            ///< The cell of lane 0.
   Index key = 0;
-  int slot_count = 0;            ///< The largest of the counts.
+  int slot_count = 0;  ///< The largest of the counts.
   std::vector<R*> pages;
   Tile<Dim, R>* tiles[k_rows<Dim>][2] = {};
 
@@ -50,13 +50,17 @@ struct MovingParticles {
 /// Ids travel in a field, as bits.
 template <class R>
 inline R id_to_bits(std::uint32_t id) {
-  if constexpr (sizeof(R) == 8) return std::bit_cast<R>(static_cast<std::uint64_t>(id));
-  else return std::bit_cast<R>(id);
+  if constexpr (sizeof(R) == 8)
+    return std::bit_cast<R>(static_cast<std::uint64_t>(id));
+  else
+    return std::bit_cast<R>(id);
 }
 template <class R>
 inline std::uint32_t id_from_bits(R bits) {
-  if constexpr (sizeof(R) == 8) return static_cast<std::uint32_t>(std::bit_cast<std::uint64_t>(bits));
-  else return std::bit_cast<std::uint32_t>(bits);
+  if constexpr (sizeof(R) == 8)
+    return static_cast<std::uint32_t>(std::bit_cast<std::uint64_t>(bits));
+  else
+    return std::bit_cast<std::uint32_t>(bits);
 }
 
 template <int Dim, class R>

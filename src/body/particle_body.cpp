@@ -81,7 +81,8 @@ void ParticleBody<Dim, R>::seed(const BodySpec& spec, const std::string& where, 
     for (int d = 0; d < Dim; ++d) {
       const auto s = static_cast<std::size_t>(d);
       if (!(x[s] >= grid.lower(d) && x[s] <= grid.upper(d))) {
-        const Vec3 upper{geometry.lower[0] + geometry.cell_size[0] * grid.cells(0), geometry.lower[1] + geometry.cell_size[1] * grid.cells(1),
+        const Vec3 upper{geometry.lower[0] + geometry.cell_size[0] * grid.cells(0),
+                         geometry.lower[1] + geometry.cell_size[1] * grid.cells(1),
                          Dim == 3 ? geometry.lower[2] + geometry.cell_size[2] * grid.cells(Dim - 1) : 0};
         throw InputError("{}: particle {} at [{}] is outside the grid [{}] to [{}]; move the body or enlarge the grid", where, p,
                          fmt::join(x.begin(), x.begin() + Dim, ", "), fmt::join(geometry.lower.begin(), geometry.lower.begin() + Dim, ", "),
@@ -227,8 +228,10 @@ void ParticleBody<Dim, R>::settle(Sweep what) {
   for (std::size_t b = 0; b < bands.size(); ++b) {
     const MovingParticles<Dim, R>& leaving = bands[b].leaving;
     for (std::size_t i = 0; i < leaving.count(); ++i) {
-      if (leaving.targets[i].is_outside) keep_outside(leaving, i);
-      else arrivals_[static_cast<std::size_t>(grid_.band_of(leaving.targets[i].cell[Dim - 1]))].emplace_back(b, i);
+      if (leaving.targets[i].is_outside)
+        keep_outside(leaving, i);
+      else
+        arrivals_[static_cast<std::size_t>(grid_.band_of(leaving.targets[i].cell[Dim - 1]))].emplace_back(b, i);
     }
   }
   for_each_band([&](std::size_t b) { settle_band(what, arrivals_[b]); });

@@ -116,7 +116,9 @@ BodyTotals ParticleBody<Dim, R>::totals(const Vec3& gravity) const {
   std::vector<BodyTotals> parts(bands.size());
   parallel_for(static_cast<Index>(bands.size()), blocks_->count(), [&](Index b) {
     const auto s = static_cast<std::size_t>(b);
-    blocks_->for_each(bands[s], [&](const R* fields, const Vec3& x) { add(parts[s], totals_of(Particle{fields, k_lanes<R>, x}, gravity)); });
+    blocks_->for_each(bands[s], [&](const R* fields, const Vec3& x) {
+      add(parts[s], totals_of(Particle{fields, k_lanes<R>, x}, gravity));
+    });
   });
   BodyTotals sum;
   for (const BodyTotals& part : parts) {

@@ -51,7 +51,8 @@ struct Box final : Region {
 
   static void declare(ParameterTable<Box>& table) {
     table.required("lower", "m", &Box::lower_corner, any_number(), "Corner with the smallest coordinates.");
-    table.required("upper", "m", &Box::upper_corner, any_number(), "Corner with the largest coordinates; each is greater than that of lower.");
+    table.required("upper", "m", &Box::upper_corner, any_number(),
+                   "Corner with the largest coordinates; each is greater than that of lower.");
   }
   bool contains(const Vec3& x) const override {
     for (std::size_t d = 0; d < 3; ++d) {
@@ -230,9 +231,7 @@ struct Polygon final : Region {
   }
 
   /// (b - a) x (c - a) [m^2]: positive when c is to the left of the way from a to b.
-  static Real cross(const Vec3& a, const Vec3& b, const Vec3& c) {
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-  }
+  static Real cross(const Vec3& a, const Vec3& b, const Vec3& c) { return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]); }
   static Real distance_to_edge(const Vec3& x, const Vec3& a, const Vec3& b) {
     const Real length_squared = (b[0] - a[0]) * (b[0] - a[0]) + (b[1] - a[1]) * (b[1] - a[1]);
     const Real along = (x[0] - a[0]) * (b[0] - a[0]) + (x[1] - a[1]) * (b[1] - a[1]);
@@ -258,9 +257,10 @@ struct Polygon final : Region {
     for (std::size_t i = 0; i < n; ++i) {
       const std::size_t j = (i + 1) % n;
       if (vertices[i] == vertices[j]) {
-        fail_input(given, context,
-                   fmt::format("vertices[{}] and vertices[{}] are the same point {}; leave one out (the last vertex is joined to the first)", i,
-                               j, given.items()[i].text()));
+        fail_input(
+            given, context,
+            fmt::format("vertices[{}] and vertices[{}] are the same point {}; leave one out (the last vertex is joined to the first)", i, j,
+                        given.items()[i].text()));
       }
     }
     if (n == 3) return;  // A triangle that folds back has no area, which is the clearer complaint.
@@ -268,7 +268,8 @@ struct Polygon final : Region {
       const Vec3 &a = vertices[i], &b = end_of(i), &c = end_of((i + 1) % n);
       const Real forward = (b[0] - a[0]) * (c[0] - b[0]) + (b[1] - a[1]) * (c[1] - b[1]);
       if (cross(a, b, c) == 0 && forward < 0) {
-        fail_input(given, context, fmt::format("the polygon folds back on itself at vertices[{}] = {}", (i + 1) % n, given.items()[(i + 1) % n].text()));
+        fail_input(given, context,
+                   fmt::format("the polygon folds back on itself at vertices[{}] = {}", (i + 1) % n, given.items()[(i + 1) % n].text()));
       }
     }
   }
@@ -280,16 +281,19 @@ struct Polygon final : Region {
     const auto end = [&](std::size_t i) { return std::max(vertices[i][0], end_of(i)[0]); };
     std::vector<std::size_t> order(n);
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return start(i) < start(j) || (start(i) == start(j) && i < j); });
+    std::sort(order.begin(), order.end(),
+              [&](std::size_t i, std::size_t j) { return start(i) < start(j) || (start(i) == start(j) && i < j); });
     for (std::size_t k = 0; k < n; ++k) {
       for (std::size_t l = k + 1; l < n && start(order[l]) <= end(order[k]); ++l) {
         const auto [i, j] = std::minmax(order[k], order[l]);
         const bool are_neighbours = j == i + 1 || (i == 0 && j == n - 1);
         if (are_neighbours || !do_meet(vertices[i], end_of(i), vertices[j], end_of(j))) continue;
-        fail_input(given, context,
-                   fmt::format("the polygon crosses or touches itself: the edge from vertices[{}] to vertices[{}] meets the edge from vertices[{}] to "
-                               "vertices[{}]",
-                               i, i + 1, j, (j + 1) % n));
+        fail_input(
+            given, context,
+            fmt::format(
+                "the polygon crosses or touches itself: the edge from vertices[{}] to vertices[{}] meets the edge from vertices[{}] to "
+                "vertices[{}]",
+                i, i + 1, j, (j + 1) % n));
       }
     }
   }
@@ -359,8 +363,7 @@ struct Difference final : Region {
     declare_parts(table, "The region to start from, then the regions that are cut out of it, their boundaries included.");
   }
   bool contains(const Vec3& x) const override {
-    return of.front()->contains(x) &&
-           std::none_of(of.begin() + 1, of.end(), [&](const RegionPointer& part) { return part->contains(x); });
+    return of.front()->contains(x) && std::none_of(of.begin() + 1, of.end(), [&](const RegionPointer& part) { return part->contains(x); });
   }
   Vec3 lower() const override { return of.front()->lower(); }
   Vec3 upper() const override { return of.front()->upper(); }
@@ -375,7 +378,8 @@ void Ball<Dim>::declare(ParameterTable<Ball>& table) {
   table.custom(
       {"center", "m", type_text<Vec3>(), "", "", "Center.", true},
       [](Ball& ball, const Input& input, const ReadContext& context) {
-        require_dim(Dim, input, context, Dim == 2 ? "a disk exists in 2D only, use type = \"sphere\"" : "a sphere exists in 3D only, use type = \"disk\"");
+        require_dim(Dim, input, context,
+                    Dim == 2 ? "a disk exists in 2D only, use type = \"sphere\"" : "a sphere exists in 3D only, use type = \"disk\"");
         read_value(input, context, "center", any_number(), ball.center);
       },
       [](const Ball& ball, int dim) -> std::optional<Input> { return write_value(ball.center, dim); });

@@ -17,13 +17,16 @@ void require_bounded(const Region& region, int dim) {
   const Vec3 upper = region.upper();
   for (std::size_t d = 0; d < static_cast<std::size_t>(dim); ++d) {
     if (std::isfinite(lower[d]) && std::isfinite(upper[d])) continue;
-    throw InputError("its region is unbounded, so it cannot be filled with particles; use a bounded region, or cut the half-space out of one with \"difference\"");
+    throw InputError(
+        "its region is unbounded, so it cannot be filled with particles; use a bounded region, or cut the half-space out of one with "
+        "\"difference\"");
   }
 }
 
 void require_countable(Real candidates) {
   if (candidates <= k_candidates_max) return;
-  throw InputError("its layout would try {:.3g} places for particles, at most {:.0g} are possible; take a coarser layout", candidates, k_candidates_max);
+  throw InputError("its layout would try {:.3g} places for particles, at most {:.0g} are possible; take a coarser layout", candidates,
+                   k_candidates_max);
 }
 
 /// The least that a particle takes, so that only what surely does not fit is refused.
@@ -32,8 +35,9 @@ constexpr Real k_particle_bytes = 100;
 void require_memory(Real particles) {
   const Real memory = static_cast<Real>(sysconf(_SC_PHYS_PAGES)) * static_cast<Real>(sysconf(_SC_PAGESIZE));
   if (particles * k_particle_bytes <= memory) return;
-  throw InputError("its layout makes about {:.3g} particles, which do not fit into this machine's memory of {:.3g} GB; take a coarser layout",
-                   particles, memory / 1e9);
+  throw InputError(
+      "its layout makes about {:.3g} particles, which do not fit into this machine's memory of {:.3g} GB; take a coarser layout", particles,
+      memory / 1e9);
 }
 
 /// All particles get the same volume, so that their sum is the body's, where a formula gives that; else the share of their lattice box.
@@ -61,7 +65,8 @@ std::vector<int> per_direction(const std::vector<int>& value, const std::string&
   const auto dim = static_cast<std::size_t>(context.dim);
   if (value.size() == 1) return std::vector<int>(dim, value[0]);
   if (value.size() != dim) {
-    fail_input(input, context, fmt::format("{} = {} has {} numbers; give one, or one per direction ({})", name, input.text(), value.size(), dim));
+    fail_input(input, context,
+               fmt::format("{} = {} has {} numbers; give one, or one per direction ({})", name, input.text(), value.size(), dim));
   }
   return value;
 }
@@ -89,7 +94,8 @@ void declare_counts(ParameterTable<T>& table, const std::string& name, std::vect
 struct Lattice final : Layout {
   static constexpr auto name = "lattice";
   static constexpr auto summary =
-      "The region's bounding box cut into divisions[0] x divisions[1] (x divisions[2]) boxes with 1 or 2 points per direction in each; points "
+      "The region's bounding box cut into divisions[0] x divisions[1] (x divisions[2]) boxes with 1 or 2 points per direction in each; "
+      "points "
       "outside of the region are left out.";
 
   std::vector<int> divisions;
@@ -97,8 +103,9 @@ struct Lattice final : Layout {
 
   static void declare(ParameterTable<Lattice>& table) {
     declare_counts(table, "divisions", &Lattice::divisions, "Boxes along each side of the region's bounding box.");
-    table.optional("points", "1", &Lattice::points, between_closed(1, 2),
-                   "Points per direction in each box: 1 in its middle, or 2 at the Gauss points, +-1/(2 sqrt 3) of its side from the middle.");
+    table.optional(
+        "points", "1", &Lattice::points, between_closed(1, 2),
+        "Points per direction in each box: 1 in its middle, or 2 at the Gauss points, +-1/(2 sqrt 3) of its side from the middle.");
   }
   Seeds fill(const Region& region, const SeedingGrid& grid) const override {
     require_bounded(region, grid.dim);
@@ -152,9 +159,11 @@ struct PerCell final : Layout {
             const Index root = std::lround(std::pow(layout.count[0], 1.0 / context.dim));
             const Index power = context.dim == 2 ? root * root : root * root * root;
             if (power != layout.count[0]) {
-              fail_input(input, context,
-                         fmt::format("count = {} is no {} number, so it cannot be spread evenly; the nearest is {}, or give one number per direction",
-                                     layout.count[0], context.dim == 2 ? "square" : "cube", power));
+              fail_input(
+                  input, context,
+                  fmt::format(
+                      "count = {} is no {} number, so it cannot be spread evenly; the nearest is {}, or give one number per direction",
+                      layout.count[0], context.dim == 2 ? "square" : "cube", power));
             }
             layout.along.assign(static_cast<std::size_t>(context.dim), static_cast<int>(root));
           } else {
@@ -229,7 +238,8 @@ struct Polar final : Layout {
       const int count = count_in(ring);
       const Real half_angle = std::numbers::pi / count;
       // The centre of mass of a piece of a ring, so that the body's first moments are exact.
-      const Real radius = 2.0 / 3 * (std::pow(outer, 3) - std::pow(inner, 3)) / (outer * outer - inner * inner) * std::sin(half_angle) / half_angle;
+      const Real radius =
+          2.0 / 3 * (std::pow(outer, 3) - std::pow(inner, 3)) / (outer * outer - inner * inner) * std::sin(half_angle) / half_angle;
       for (int k = 0; k < count; ++k) {
         const Real angle = (2 * k + 1) * half_angle;
         seeds.position.push_back({disk->center[0] + radius * std::cos(angle), disk->center[1] + radius * std::sin(angle), 0});
@@ -265,7 +275,8 @@ struct Linear final : VelocityField {
   static void declare(ParameterTable<Linear>& table) {
     table.optional("value", "m/s", &Linear::value, any_number(), "Velocity at the center.");
     table.optional("center", "m", &Linear::center, any_number(), "Where the velocity is `value`.");
-    table.required("gradient", "1/s", &Linear::gradient, any_number(), "dim rows of dim numbers: row r holds the derivatives of component r.");
+    table.required("gradient", "1/s", &Linear::gradient, any_number(),
+                   "dim rows of dim numbers: row r holds the derivatives of component r.");
   }
   Vec3 at(const Vec3& x) const override {
     Vec3 v = value;
@@ -294,10 +305,13 @@ struct Rotating final : VelocityField {
     table.optional("value", "m/s", &Rotating::value, any_number(), "Velocity of the center.");
     table.required("center", "m", &Rotating::center, any_number(), "Center of rotation.");
     table.custom(
-        {"angular_velocity", "rad/s", "number in 2D, 3 numbers in 3D", "", "", "Angular velocity, counter-clockwise in 2D; a vector in 3D.", true},
+        {"angular_velocity", "rad/s", "number in 2D, 3 numbers in 3D", "", "", "Angular velocity, counter-clockwise in 2D; a vector in 3D.",
+         true},
         [](Rotating& field, const Input& input, const ReadContext& context) {
-          if (context.dim == 3) read_value(input, context, "angular_velocity", any_number(), field.omega);
-          else read_value(input, context, "angular_velocity", any_number(), field.omega[2]);
+          if (context.dim == 3)
+            read_value(input, context, "angular_velocity", any_number(), field.omega);
+          else
+            read_value(input, context, "angular_velocity", any_number(), field.omega[2]);
         },
         [](const Rotating& field, int dim) -> std::optional<Input> {
           return dim == 3 ? write_value(field.omega, dim) : write_value(field.omega[2], dim);
@@ -305,7 +319,8 @@ struct Rotating final : VelocityField {
   }
   Vec3 at(const Vec3& x) const override {
     const Vec3 r{x[0] - center[0], x[1] - center[1], x[2] - center[2]};
-    return {value[0] + omega[1] * r[2] - omega[2] * r[1], value[1] + omega[2] * r[0] - omega[0] * r[2], value[2] + omega[0] * r[1] - omega[1] * r[0]};
+    return {value[0] + omega[1] * r[2] - omega[2] * r[1], value[1] + omega[2] * r[0] - omega[0] * r[2],
+            value[2] + omega[0] * r[1] - omega[1] * r[0]};
   }
   Input write(int dim) const override { return write_typed(*this, dim); }
 };

@@ -13,53 +13,57 @@ constexpr Real k_nodes_max = 4e9;
 template <class Owner, class Section>
 void section(ParameterTable<Owner>& table, const std::string& name, Section Owner::*member, const std::string& help, bool is_required,
              void (*check)(Section&, const Input&, const ReadContext&)) {
-  table.custom({name, "1", "table", "", "", help, is_required},
-               [=](Owner& owner, const Input& input, const ReadContext& context) {
-                 const ReadContext inside{context.dim, name};
-                 parameters_of<Section>().read(input, inside, owner.*member);
-                 check(owner.*member, input, inside);
-               },
-               [=](const Owner& owner, int dim) -> std::optional<Input> { return parameters_of<Section>().write(owner.*member, dim); });
+  table.custom(
+      {name, "1", "table", "", "", help, is_required},
+      [=](Owner& owner, const Input& input, const ReadContext& context) {
+        const ReadContext inside{context.dim, name};
+        parameters_of<Section>().read(input, inside, owner.*member);
+        check(owner.*member, input, inside);
+      },
+      [=](const Owner& owner, int dim) -> std::optional<Input> { return parameters_of<Section>().write(owner.*member, dim); });
 }
 
 /// A list of tables ([[body]]), each with its own parameters; `label` names one of them in messages.
 template <class Owner, class Item>
-void list_of(ParameterTable<Owner>& table, const std::string& name, std::vector<Item> Owner::*member, const std::string& help, bool is_required,
-             std::string (*label)(const Input&, std::size_t), void (*check)(Item&, const Input&, const ReadContext&)) {
-  table.custom({name, "1", "array of tables", "", "", help, is_required},
-               [=](Owner& owner, const Input& input, const ReadContext& context) {
-                 if (input.kind() != Input::Kind::array) {
-                   fail_input(input, context, fmt::format("{0} must be a list of tables [[{0}]], got {1} ({2})", name, input.text(), input.kind_text()));
-                 }
-                 (owner.*member).clear();
-                 for (std::size_t i = 0; i < input.items().size(); ++i) {
-                   const Input& item = input.items()[i];
-                   const ReadContext inside{context.dim, label(item, i)};
-                   Item value;
-                   value.place = item.place();
-                   parameters_of<Item>().read(item, inside, value);
-                   check(value, item, inside);
-                   (owner.*member).push_back(std::move(value));
-                 }
-               },
-               [=](const Owner& owner, int dim) -> std::optional<Input> {
-                 if ((owner.*member).empty()) return std::nullopt;
-                 Input items = Input::array();
-                 for (const Item& item : owner.*member) items.items().push_back(parameters_of<Item>().write(item, dim));
-                 return items;
-               });
+void list_of(ParameterTable<Owner>& table, const std::string& name, std::vector<Item> Owner::*member, const std::string& help,
+             bool is_required, std::string (*label)(const Input&, std::size_t), void (*check)(Item&, const Input&, const ReadContext&)) {
+  table.custom(
+      {name, "1", "array of tables", "", "", help, is_required},
+      [=](Owner& owner, const Input& input, const ReadContext& context) {
+        if (input.kind() != Input::Kind::array) {
+          fail_input(input, context,
+                     fmt::format("{0} must be a list of tables [[{0}]], got {1} ({2})", name, input.text(), input.kind_text()));
+        }
+        (owner.*member).clear();
+        for (std::size_t i = 0; i < input.items().size(); ++i) {
+          const Input& item = input.items()[i];
+          const ReadContext inside{context.dim, label(item, i)};
+          Item value;
+          value.place = item.place();
+          parameters_of<Item>().read(item, inside, value);
+          check(value, item, inside);
+          (owner.*member).push_back(std::move(value));
+        }
+      },
+      [=](const Owner& owner, int dim) -> std::optional<Input> {
+        if ((owner.*member).empty()) return std::nullopt;
+        Input items = Input::array();
+        for (const Item& item : owner.*member) items.items().push_back(parameters_of<Item>().write(item, dim));
+        return items;
+      });
 }
 
 /// Something chosen by `type` from a registry.
 template <class Owner, class Base>
-void typed(ParameterTable<Owner>& table, const std::string& name, std::shared_ptr<Base> Owner::*member, const TypeRegistry<Base>& (*registry)(),
-           const std::string& help, bool is_required) {
-  table.custom({name, "1", "table with a type", "", list_names(registry().names()), help, is_required},
-               [=](Owner& owner, const Input& input, const ReadContext& context) { owner.*member = registry().read(input, context, name); },
-               [=](const Owner& owner, int dim) -> std::optional<Input> {
-                 if (!(owner.*member)) return std::nullopt;
-                 return (owner.*member)->write(dim);
-               });
+void typed(ParameterTable<Owner>& table, const std::string& name, std::shared_ptr<Base> Owner::*member,
+           const TypeRegistry<Base>& (*registry)(), const std::string& help, bool is_required) {
+  table.custom(
+      {name, "1", "table with a type", "", list_names(registry().names()), help, is_required},
+      [=](Owner& owner, const Input& input, const ReadContext& context) { owner.*member = registry().read(input, context, name); },
+      [=](const Owner& owner, int dim) -> std::optional<Input> {
+        if (!(owner.*member)) return std::nullopt;
+        return (owner.*member)->write(dim);
+      });
 }
 
 std::string named_label(const std::string& what, const Input& item, std::size_t index) {
@@ -88,7 +92,9 @@ void check_words(const std::vector<std::string>& given, const std::string& key, 
   }
 }
 
-std::vector<std::string> axis_names(int dim) { return dim == 2 ? std::vector<std::string>{"x", "y"} : std::vector<std::string>{"x", "y", "z"}; }
+std::vector<std::string> axis_names(int dim) {
+  return dim == 2 ? std::vector<std::string>{"x", "y"} : std::vector<std::string>{"x", "y", "z"};
+}
 
 std::vector<std::string> side_names(int dim) {
   std::vector<std::string> names = {"left", "right", "bottom", "top"};
@@ -102,7 +108,8 @@ void cells_from_size(GridSpec& grid, const Input& input, const ReadContext& cont
   const auto dim = static_cast<std::size_t>(context.dim);
   const Input& given = at_key(input, "cell_size");
   if (grid.cell_size.size() != 1 && grid.cell_size.size() != dim) {
-    fail_input(given, context, fmt::format("cell_size = {} has {} numbers; give one, or one per direction ({})", given.text(), grid.cell_size.size(), dim));
+    fail_input(given, context,
+               fmt::format("cell_size = {} has {} numbers; give one, or one per direction ({})", given.text(), grid.cell_size.size(), dim));
   }
   if (grid.cell_size.size() == 1) grid.cell_size.resize(dim, grid.cell_size[0]);
   for (std::size_t d = 0; d < dim; ++d) {
@@ -134,8 +141,9 @@ void check_grid(GridSpec& grid, const Input& input, const ReadContext& context) 
   if (is_given(input, "cells")) {
     if (grid.cells.size() != dim) {
       const Input& given = at_key(input, "cells");
-      fail_input(given, context,
-                 fmt::format("cells = {} has {} numbers; the case has dim = {}, so it must have {}", given.text(), grid.cells.size(), dim, dim));
+      fail_input(
+          given, context,
+          fmt::format("cells = {} has {} numbers; the case has dim = {}, so it must have {}", given.text(), grid.cells.size(), dim, dim));
     }
     for (std::size_t d = 0; d < dim; ++d) grid.cell_size.push_back((grid.upper[d] - grid.lower[d]) / grid.cells[d]);
   } else {
@@ -146,10 +154,13 @@ void check_grid(GridSpec& grid, const Input& input, const ReadContext& context) 
     nodes *= static_cast<Real>(grid.cells[d]) + 1;
     const Real size = grid.cell_size[d];
     if (!(size > 0) || !std::isfinite(size) || !std::isfinite(1 / size)) {
-      fail_input(input, context, fmt::format("the cells' side of {} m in {} is beyond the range of numbers; lengths are in m", size, "xyz"[d]));
+      fail_input(input, context,
+                 fmt::format("the cells' side of {} m in {} is beyond the range of numbers; lengths are in m", size, "xyz"[d]));
     }
   }
-  if (nodes > k_nodes_max) fail_input(input, context, fmt::format("the grid has {:.3g} nodes, at most {:.0g} are possible; take larger cells", nodes, k_nodes_max));
+  if (nodes > k_nodes_max)
+    fail_input(input, context,
+               fmt::format("the grid has {:.3g} nodes, at most {:.0g} are possible; take larger cells", nodes, k_nodes_max));
   check_words(grid.periodic, "periodic", axis_names(context.dim), input, context);
 }
 
@@ -183,18 +194,21 @@ void check_boundary(BoundarySpec& boundary, const Input& input, const ReadContex
   if (is_given(input, "side") == is_given(input, "region")) {
     fail_input(input, context,
                is_given(input, "side") ? "side and region are both given; give one of them"
-                                       : fmt::format("side is missing: give side = one of {}, or region = {{ type = ... }}", list_names(side_names(context.dim))));
+                                       : fmt::format("side is missing: give side = one of {}, or region = {{ type = ... }}",
+                                                     list_names(side_names(context.dim))));
   }
   if (boundary.region == nullptr) check_words({boundary.side}, "side", side_names(context.dim), input, context);
   check_words(boundary.components, "components", axis_names(context.dim), input, context);
   if (boundary.kind == BoundaryKind::slip) {
     if (!boundary.components.empty()) {
-      fail_input(at_key(input, "components"), context,
-                 "kind = \"slip\" fixes the direction normal to the side or region and takes no components; use kind = \"fixed\" with them");
+      fail_input(
+          at_key(input, "components"), context,
+          "kind = \"slip\" fixes the direction normal to the side or region and takes no components; use kind = \"fixed\" with them");
     }
     if (boundary.region != nullptr && !boundary.region->has_normal()) {
-      fail_input(at_key(input, "region"), context,
-                 "kind = \"slip\" needs a region with one surface: box, disk, sphere, polygon or half_space; give each part its own boundary");
+      fail_input(
+          at_key(input, "region"), context,
+          "kind = \"slip\" needs a region with one surface: box, disk, sphere, polygon or half_space; give each part its own boundary");
     }
   }
   if (boundary.kind == BoundaryKind::velocity) {
@@ -220,19 +234,22 @@ void check_time(TimeSpec& time, const Input& input, const ReadContext& context) 
   if (time.dt) {
     for (const char* key : {"cfl", "dt_max", "dt_min"}) {
       if (is_given(input, key)) {
-        fail_input(at_key(input, key), context, fmt::format("{} is for automatic time steps, but dt = {} fixes them; leave one out", key, *time.dt));
+        fail_input(at_key(input, key), context,
+                   fmt::format("{} is for automatic time steps, but dt = {} fixes them; leave one out", key, *time.dt));
       }
     }
     if (time.end / *time.dt < 0.5) {
-      fail_input(at_key(input, "dt"), context, fmt::format("dt = {} is longer than the whole run (end = {}): no step would be done", *time.dt, time.end));
+      fail_input(at_key(input, "dt"), context,
+                 fmt::format("dt = {} is longer than the whole run (end = {}): no step would be done", *time.dt, time.end));
     }
   }
   constexpr Real k_steps_max = 1e15;  // near 2^53 a sum of steps would stand still
   const Real longest = time.dt.value_or(time.dt_max.value_or(time.end));
   if (time.end / longest > k_steps_max) {
     const char* key = time.dt ? "dt" : "dt_max";
-    fail_input(at_key(input, key), context, fmt::format("{} = {} makes {:.3g} steps to end = {}, at most {:.0g} are possible", key, longest,
-                                                        time.end / longest, time.end, k_steps_max));
+    fail_input(at_key(input, key), context,
+               fmt::format("{} = {} makes {:.3g} steps to end = {}, at most {:.0g} are possible", key, longest, time.end / longest,
+                           time.end, k_steps_max));
   }
   if (time.dt_max && *time.dt_max < time.dt_min) {
     fail_input(at_key(input, "dt_max"), context, fmt::format("dt_max = {} is below dt_min = {}", *time.dt_max, time.dt_min));
@@ -246,8 +263,9 @@ void check_output(OutputSpec& output, const Input& input, const ReadContext& con
 
 void check_probe(ProbeSpec& probe, const Input& input, const ReadContext& context) {
   if (probe.particle.has_value() != probe.nearest.has_value()) return;
-  fail_input(input, context, probe.particle ? "particle and nearest are both given; give one of them"
-                                            : "which particle? Give particle = its id, or nearest = [x, y] of a point");
+  fail_input(input, context,
+             probe.particle ? "particle and nearest are both given; give one of them"
+                            : "which particle? Give particle = its id, or nearest = [x, y] of a point");
 }
 
 [[noreturn]] void fail_at(const std::string& place, const std::string& text) { fail_input(Input::table().with_place(place), {}, text); }
@@ -307,13 +325,17 @@ void GridSpec::declare(ParameterTable<GridSpec>& table) {
   table.required("upper", "m", &GridSpec::upper, any_number(), "Corner with the largest coordinates.");
   table.optional("cells", "1", &GridSpec::cells, at_least(1), "Cells per direction; either this or cell_size.");
   table.custom(
-      {"cell_size", "m", type_text<std::vector<Real>>(), "", "> 0, divides the sides to 1e-9", "Side of a cell, one number or one per direction.", false},
-      [](GridSpec& grid, const Input& input, const ReadContext& context) { read_value(input, context, "cell_size", positive(), grid.cell_size); },
+      {"cell_size", "m", type_text<std::vector<Real>>(), "", "> 0, divides the sides to 1e-9",
+       "Side of a cell, one number or one per direction.", false},
+      [](GridSpec& grid, const Input& input, const ReadContext& context) {
+        read_value(input, context, "cell_size", positive(), grid.cell_size);
+      },
       [](const GridSpec&, int) -> std::optional<Input> { return std::nullopt; });  // written as cells
   table.optional("periodic", "1", &GridSpec::periodic, any_number(), "Directions in which the two sides are one, e.g. [\"x\"].");
-  table.choice("particles_outside", &GridSpec::particles_outside,
-               {{"error", OutsidePolicy::error}, {"remove", OutsidePolicy::remove}, {"stop", OutsidePolicy::stop}},
-               "What happens when a particle leaves the grid: the run fails, the particle is removed and booked, or the run ends normally.");
+  table.choice(
+      "particles_outside", &GridSpec::particles_outside,
+      {{"error", OutsidePolicy::error}, {"remove", OutsidePolicy::remove}, {"stop", OutsidePolicy::stop}},
+      "What happens when a particle leaves the grid: the run fails, the particle is removed and booked, or the run ends normally.");
 }
 
 void BodySpec::declare(ParameterTable<BodySpec>& table) {
@@ -326,17 +348,22 @@ void BodySpec::declare(ParameterTable<BodySpec>& table) {
 
 void BoundarySpec::declare(ParameterTable<BoundarySpec>& table) {
   table.custom(
-      {"side", "1", "string", "", "\"left\", \"right\" (x), \"bottom\", \"top\" (y), \"front\", \"back\" (z, 3D)", "Side of the grid; either this or region.", false},
-      [](BoundarySpec& boundary, const Input& input, const ReadContext& context) { read_value(input, context, "side", any_number(), boundary.side); },
+      {"side", "1", "string", "", "\"left\", \"right\" (x), \"bottom\", \"top\" (y), \"front\", \"back\" (z, 3D)",
+       "Side of the grid; either this or region.", false},
+      [](BoundarySpec& boundary, const Input& input, const ReadContext& context) {
+        read_value(input, context, "side", any_number(), boundary.side);
+      },
       [](const BoundarySpec& boundary, int) -> std::optional<Input> {
         if (boundary.side.empty()) return std::nullopt;
         return Input::string(boundary.side);
       });
   typed(table, "region", &BoundarySpec::region, region_registry, "All nodes in a region: an obstacle, a support, a moving wall.", false);
-  table.choice("kind", &BoundarySpec::kind, {{"fixed", BoundaryKind::fixed}, {"slip", BoundaryKind::slip}, {"velocity", BoundaryKind::velocity}},
+  table.choice("kind", &BoundarySpec::kind,
+               {{"fixed", BoundaryKind::fixed}, {"slip", BoundaryKind::slip}, {"velocity", BoundaryKind::velocity}},
                "fixed: velocity zero; slip: no velocity through the side or the region's surface; velocity: a given velocity.");
   table.custom(
-      {"components", "1", type_text<std::vector<std::string>>(), "all", "\"x\", \"y\", \"z\"", "Components that fixed and velocity hold.", false},
+      {"components", "1", type_text<std::vector<std::string>>(), "all", "\"x\", \"y\", \"z\"", "Components that fixed and velocity hold.",
+       false},
       [](BoundarySpec& boundary, const Input& input, const ReadContext& context) {
         read_value(input, context, "components", any_number(), boundary.components);
         if (boundary.components.empty()) fail_input(input, context, "components = [] holds nothing; leave it out to hold all");
@@ -351,26 +378,35 @@ void BoundarySpec::declare(ParameterTable<BoundarySpec>& table) {
   };
   table.custom(
       {"velocity", "m/s", "dim numbers", "", "", "The velocity, constant in time.", false},
-      [](BoundarySpec& boundary, const Input& input, const ReadContext& context) { read_value(input, context, "velocity", any_number(), boundary.velocity); },
+      [](BoundarySpec& boundary, const Input& input, const ReadContext& context) {
+        read_value(input, context, "velocity", any_number(), boundary.velocity);
+      },
       [=](const BoundarySpec& boundary, int dim) { return unless_empty(boundary.velocity, dim); });
   table.custom(
-      {"times", "s", "array of numbers", "", "ascending", "Times of a table of velocities: linear between, constant before and after.", false},
-      [](BoundarySpec& boundary, const Input& input, const ReadContext& context) { read_value(input, context, "times", any_number(), boundary.times); },
+      {"times", "s", "array of numbers", "", "ascending", "Times of a table of velocities: linear between, constant before and after.",
+       false},
+      [](BoundarySpec& boundary, const Input& input, const ReadContext& context) {
+        read_value(input, context, "times", any_number(), boundary.times);
+      },
       [=](const BoundarySpec& boundary, int dim) { return unless_empty(boundary.times, dim); });
   table.custom(
       {"velocities", "m/s", "array of points", "", "as many as times", "Velocities of the table, dim numbers each.", false},
-      [](BoundarySpec& boundary, const Input& input, const ReadContext& context) { read_value(input, context, "velocities", any_number(), boundary.velocities); },
+      [](BoundarySpec& boundary, const Input& input, const ReadContext& context) {
+        read_value(input, context, "velocities", any_number(), boundary.velocities);
+      },
       [=](const BoundarySpec& boundary, int dim) { return unless_empty(boundary.velocities, dim); });
 }
 
 void SolverSpec::declare(ParameterTable<SolverSpec>& table) {
   table.optional("type", "1", &SolverSpec::type, any_number(), "\"explicit\".");
-  table.choice("stress_order", &SolverSpec::stress_order, {{"usl", StressOrder::usl}, {"usf", StressOrder::usf}, {"musl", StressOrder::musl}},
+  table.choice("stress_order", &SolverSpec::stress_order,
+               {{"usl", StressOrder::usl}, {"usf", StressOrder::usf}, {"musl", StressOrder::musl}},
                "When a step updates the stress: last (usl), first (usf), or last from velocities mapped once more (musl).");
   table.optional("flip", "1", &SolverSpec::flip, between_closed(0, 1), "Share of FLIP in the particles' velocity; the rest is PIC.");
   table.optional("damping", "1/s", &SolverSpec::damping, non_negative(), "alpha of the nodal damping force alpha m v.");
   table.custom(
-      {"mass_cutoff_relative", "1", "number", "0.001", ">= 0", "Nodes with less than this share of the smallest particle mass do not move.", false},
+      {"mass_cutoff_relative", "1", "number", "0.001", ">= 0", "Nodes with less than this share of the smallest particle mass do not move.",
+       false},
       [](SolverSpec& solver, const Input& input, const ReadContext& context) {
         read_value(input, context, "mass_cutoff_relative", non_negative(), solver.mass_cutoff_relative);
       },
@@ -386,15 +422,18 @@ void SolverSpec::declare(ParameterTable<SolverSpec>& table) {
 void TimeSpec::declare(ParameterTable<TimeSpec>& table) {
   table.required("end", "s", &TimeSpec::end, positive(), "The run ends at this time.");
   table.optional("dt", "s", &TimeSpec::dt, positive(), "Fixed time step; without it steps are automatic.");
-  const auto automatic = [&table](const std::string& name, const std::string& unit, auto member, Constraint constraint, const std::string& default_text,
-                                  const std::string& help) {
-    table.custom({name, unit, "number", default_text, constraint.text, help, false},
-                 [=](TimeSpec& time, const Input& input, const ReadContext& context) { read_value(input, context, name, constraint, time.*member); },
-                 [=](const TimeSpec& time, int) -> std::optional<Input> {
-                   if (time.dt) return std::nullopt;
-                   if constexpr (std::is_same_v<decltype(member), Real TimeSpec::*>) return Input::real(time.*member);
-                   else return time.*member ? std::optional(Input::real(*(time.*member))) : std::nullopt;
-                 });
+  const auto automatic = [&table](const std::string& name, const std::string& unit, auto member, Constraint constraint,
+                                  const std::string& default_text, const std::string& help) {
+    table.custom(
+        {name, unit, "number", default_text, constraint.text, help, false},
+        [=](TimeSpec& time, const Input& input, const ReadContext& context) { read_value(input, context, name, constraint, time.*member); },
+        [=](const TimeSpec& time, int) -> std::optional<Input> {
+          if (time.dt) return std::nullopt;
+          if constexpr (std::is_same_v<decltype(member), Real TimeSpec::*>)
+            return Input::real(time.*member);
+          else
+            return time.*member ? std::optional(Input::real(*(time.*member))) : std::nullopt;
+        });
   };
   automatic("cfl", "1", &TimeSpec::cfl, Constraint{"in the interval (0, 1]", [](Real x) { return x > 0 && x <= 1; }}, "0.4",
             "Share of the stable time step that an automatic step takes.");
@@ -404,9 +443,11 @@ void TimeSpec::declare(ParameterTable<TimeSpec>& table) {
 
 void OutputSpec::declare(ParameterTable<OutputSpec>& table) {
   table.optional("history_every", "s", &OutputSpec::history_every, positive(), "Interval of history.csv and probes; default: 200 rows.");
-  table.optional("fields_every", "s", &OutputSpec::fields_every, positive(), "Interval of field files; default: 50 times, none with fields_at.");
+  table.optional("fields_every", "s", &OutputSpec::fields_every, positive(),
+                 "Interval of field files; default: 50 times, none with fields_at.");
   table.optional("fields_at", "s", &OutputSpec::fields_at, non_negative(), "Further times of field files.");
-  table.optional("formats", "1", &OutputSpec::formats, any_number(), "Of field files: \"vtkhdf\" (ParaView 5.12 or newer, PyVista), \"vtu\" (older ParaView).");
+  table.optional("formats", "1", &OutputSpec::formats, any_number(),
+                 "Of field files: \"vtkhdf\" (ParaView 5.12 or newer, PyVista), \"vtu\" (older ParaView).");
   table.optional("fields", "1", &OutputSpec::fields, any_number(), "Fields to write; empty for all (`matpoint list fields`).");
   table.optional("grid", "1", &OutputSpec::grid, any_number(), "Whether the nodes' mass and velocity are written, too.");
   table.optional("precision", "1", &OutputSpec::precision, any_number(), "\"single\" or \"double\", of field files.");
@@ -440,7 +481,8 @@ Case Case::from_input(const Input& input, const std::string& name) {
   // Everything else is read in the light of the dimension.
   if (const Input* dim = input.find("dim")) {
     read_value(*dim, context, "dim", any_number(), problem.dim);
-    if (problem.dim != 2 && problem.dim != 3) fail_input(*dim, context, fmt::format("dim = {} is not allowed, it must be 2 or 3", dim->text()));
+    if (problem.dim != 2 && problem.dim != 3)
+      fail_input(*dim, context, fmt::format("dim = {} is not allowed, it must be 2 or 3", dim->text()));
   }
   context.dim = problem.dim;
   parameters_of<Case>().read(input, context, problem);
@@ -457,7 +499,8 @@ std::vector<CaseSection> case_sections() {
           {"time", "End and time step.", parameters_of<TimeSpec>().describe()},
           {"solver", "The explicit scheme.", parameters_of<SolverSpec>().describe()},
           {"body", "[[body]], one for each: a region filled with particles of one material.", parameters_of<BodySpec>().describe()},
-          {"boundary", "[[boundary]], one for each: a condition on the nodes of a side or region; later ones win.", parameters_of<BoundarySpec>().describe()},
+          {"boundary", "[[boundary]], one for each: a condition on the nodes of a side or region; later ones win.",
+           parameters_of<BoundarySpec>().describe()},
           {"output", "What is written, and when.", parameters_of<OutputSpec>().describe()},
           {"probe", "[[probe]], one for each: a particle's motion and stress over time.", parameters_of<ProbeSpec>().describe()}};
 }

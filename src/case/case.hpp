@@ -19,8 +19,8 @@ enum class BoundaryKind { fixed, slip, velocity };
 struct GridSpec {
   Vec3 lower{};
   Vec3 upper{};
-  std::vector<int> cells;          ///< Cells per direction; either this
-  std::vector<Real> cell_size;     ///< or this, one number or one per direction, is given. Both are resolved after reading.
+  std::vector<int> cells;       ///< Cells per direction; either this
+  std::vector<Real> cell_size;  ///< or this, one number or one per direction, is given. Both are resolved after reading.
   std::vector<std::string> periodic;
   OutsidePolicy particles_outside = OutsidePolicy::error;
   static void declare(ParameterTable<GridSpec>& table);

@@ -1,11 +1,11 @@
 #include "case/case_file.hpp"
 
+#include <toml++/toml.h>
 #include <charconv>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <toml++/toml.h>
 
 namespace matpoint {
 namespace {
@@ -52,9 +52,12 @@ bool is_utf8(const std::string& text) {
   for (const char c : text) {
     const auto u = static_cast<unsigned char>(c);
     if (((u & 0xc0) == 0x80) != (continuing > 0)) return false;
-    if (continuing > 0) --continuing;
-    else if (u >= 0xf8) return false;
-    else continuing = u >= 0xf0 ? 3 : u >= 0xe0 ? 2 : u >= 0xc0 ? 1 : 0;
+    if (continuing > 0)
+      --continuing;
+    else if (u >= 0xf8)
+      return false;
+    else
+      continuing = u >= 0xf0 ? 3 : u >= 0xe0 ? 2 : u >= 0xc0 ? 1 : 0;
   }
   return continuing == 0;
 }
@@ -65,10 +68,14 @@ std::string string_text(const std::string& value) {
   std::string text = "\"";
   for (const char c : value) {
     const auto u = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\') text += std::string("\\") + c;
-    else if (u < 0x20 || u == 0x7f) text += fmt::format("\\u{:04X}", u);
-    else if (u >= 0x80 && !is_text) text += "\\uFFFD";
-    else text += c;
+    if (c == '"' || c == '\\')
+      text += std::string("\\") + c;
+    else if (u < 0x20 || u == 0x7f)
+      text += fmt::format("\\u{:04X}", u);
+    else if (u >= 0x80 && !is_text)
+      text += "\\uFFFD";
+    else
+      text += c;
   }
   return text + '"';
 }
@@ -182,7 +189,8 @@ Input& find_item(Input& list, const std::string& word, const std::string& place)
   }
   std::size_t number = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
-  if (error == std::errc{} && end == word.data() + word.size() && number >= 1 && number <= list.items().size()) return list.items()[number - 1];
+  if (error == std::errc{} && end == word.data() + word.size() && number >= 1 && number <= list.items().size())
+    return list.items()[number - 1];
   if (list.items().empty()) throw InputError("{}: there is no \"{}\", the list is empty", place, printable(word));
   throw InputError("{}: there is no \"{}\"; give {}{}a number from 1 to {}{}", place, printable(word), list_names(names),
                    names.empty() ? "" : " or ", list.items().size(), did_you_mean(word, names));
@@ -241,7 +249,8 @@ void apply_set(Input& input, const std::string& assignment) {
       continue;
     }
     if (target->kind() != Input::Kind::table) {
-      throw InputError("{}: \"{}\" stands below {}, which is no table; set that value as a whole", place, printable(words[w]), target->text());
+      throw InputError("{}: \"{}\" stands below {}, which is no table; set that value as a whole", place, printable(words[w]),
+                       target->text());
     }
     if (is_last) {
       Input value = set_value(assignment.substr(equals + 1), place);
@@ -264,7 +273,8 @@ CaseText find_case(const std::string& name) {
     if (shipped != shipped_cases().end()) return {shipped->second, shipped->first + ".toml", shipped->first};
     std::vector<std::string> names;
     for (const auto& [known, text] : shipped_cases()) names.push_back(known);
-    throw InputError("there is no file and no shipped case \"{}\"{} (`matpoint list cases` names the shipped ones)", printable(name), did_you_mean(stem, names));
+    throw InputError("there is no file and no shipped case \"{}\"{} (`matpoint list cases` names the shipped ones)", printable(name),
+                     did_you_mean(stem, names));
   }
   if (fs::is_directory(path, ignored)) throw InputError("\"{}\" is a folder; give a case file", name);
   return {read_text(path), name, stem};

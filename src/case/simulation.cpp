@@ -49,15 +49,18 @@ std::vector<std::string> Simulation::warnings() const {
   std::vector<std::string> all;
   const Real stable = solver_->stable_dt();
   if (case_.time.dt && *case_.time.dt > stable) {
-    all.push_back(fmt::format("the fixed time step dt = {:.4g} s is above the stable limit of the start, {:.4g} s; the run will probably blow up",
-                              *case_.time.dt, stable));
+    all.push_back(
+        fmt::format("the fixed time step dt = {:.4g} s is above the stable limit of the start, {:.4g} s; the run will probably blow up",
+                    *case_.time.dt, stable));
   }
   if (case_.solver.stress_order == StressOrder::musl && case_.solver.damping > 0) {
-    all.push_back("stress_order = \"musl\" with damping drifts away from the state of rest; use stress_order = \"usl\" for damped problems");
+    all.push_back(
+        "stress_order = \"musl\" with damping drifts away from the state of rest; use stress_order = \"usl\" for damped problems");
   }
   for (const BodySpec& body : case_.bodies) {
     if (!body.material->is_scalar_only()) continue;
-    all.push_back(fmt::format("the law \"{}\" of body \"{}\" branches, so it has no SIMD kernel and runs point by point", body.material->type(), body.name));
+    all.push_back(fmt::format("the law \"{}\" of body \"{}\" branches, so it has no SIMD kernel and runs point by point",
+                              body.material->type(), body.name));
   }
   return all;
 }
@@ -68,7 +71,8 @@ Real Simulation::next_dt() const {
   Real dt = case_.time.cfl * solver_->stable_dt();
   if (case_.time.dt_max) dt = std::min(dt, *case_.time.dt_max);
   if (!(dt > 0) || dt < case_.time.dt_min) {
-    throw SolverError("step {}, t = {:.8g} s: the stable time step {:.4g} s is below dt_min = {:.4g} s", step_ + 1, time_, dt, case_.time.dt_min);
+    throw SolverError("step {}, t = {:.8g} s: the stable time step {:.4g} s is below dt_min = {:.4g} s", step_ + 1, time_, dt,
+                      case_.time.dt_min);
   }
   return dt;
 }
@@ -106,7 +110,8 @@ void Simulation::handle_escapes() {
       const Escape& escape = solver_->escapes().front();
       const auto point = [&](const Vec3& x) { return fmt::format("({:.6g})", fmt::join(x.begin(), x.begin() + solver_->dim(), ", ")); };
       throw SolverError(
-          "step {}, t = {:.8g} s: particle {} of body \"{}\" left the grid at {} with velocity {} ({} particle{} in this step); enlarge the "
+          "step {}, t = {:.8g} s: particle {} of body \"{}\" left the grid at {} with velocity {} ({} particle{} in this step); enlarge "
+          "the "
           "grid, add a boundary, or set grid.particles_outside = \"remove\" or \"stop\"",
           step_, time_, escape.id, solver_->body_name(escape.body), point(escape.position), point(escape.velocity),
           solver_->escapes().size(), solver_->escapes().size() == 1 ? "" : "s");
@@ -117,7 +122,8 @@ void Simulation::handle_escapes() {
 RunEnd Simulation::run(ResultsFolder* results, std::optional<Real> until, const std::atomic<int>* interrupt) {
   const Real end = until.value_or(case_.time.end);
   Schedule history(case_.output.history_every.value_or(case_.time.end / 200), {}, time_);
-  Schedule fields(case_.output.fields_every.value_or(case_.output.fields_at.empty() ? case_.time.end / 50 : 0), case_.output.fields_at, time_);
+  Schedule fields(case_.output.fields_every.value_or(case_.output.fields_at.empty() ? case_.time.end / 50 : 0), case_.output.fields_at,
+                  time_);
   const auto write = [&](bool is_last) {
     const bool is_history_due = is_last || has_reached(history.next());
     const bool are_fields_due = is_last || has_reached(fields.next());

@@ -55,8 +55,7 @@ void refuse_unknown_keys(const Input& table, const ReadContext& context, const s
     if (is_known) continue;
     const std::string shown = printable(key, 60);
     const std::string hint = did_you_mean(key, names);
-    fail_input(value, context,
-               fmt::format("unknown key \"{}\"{}", shown, hint.empty() ? "; known keys: " + list_names(names) : hint));
+    fail_input(value, context, fmt::format("unknown key \"{}\"{}", shown, hint.empty() ? "; known keys: " + list_names(names) : hint));
   }
 }
 
@@ -102,8 +101,9 @@ void read_value(const Input& input, const ReadContext& context, const std::strin
 void read_value(const Input& input, const ReadContext& context, const std::string& name, const Constraint& constraint, Vec3& value) {
   const auto& items = items_of(input, context, name, fmt::format("an array of {} numbers", context.dim));
   if (static_cast<int>(items.size()) != context.dim) {
-    fail_input(input, context, fmt::format("{} = {} has {} numbers; the case has dim = {}, so it must have {}", name, input.text(), items.size(),
-                                           context.dim, context.dim));
+    fail_input(input, context,
+               fmt::format("{} = {} has {} numbers; the case has dim = {}, so it must have {}", name, input.text(), items.size(),
+                           context.dim, context.dim));
   }
   value = {0, 0, 0};
   for (std::size_t d = 0; d < items.size(); ++d) read_value(items[d], context, fmt::format("{}[{}]", name, d), constraint, value[d]);

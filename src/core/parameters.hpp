@@ -65,7 +65,8 @@ void read_value(const Input&, const ReadContext&, const std::string& name, const
 void read_value(const Input&, const ReadContext&, const std::string& name, const Constraint&, std::vector<Vec3>&);
 
 template <class U>
-void read_value(const Input& input, const ReadContext& context, const std::string& name, const Constraint& constraint, std::optional<U>& value) {
+void read_value(const Input& input, const ReadContext& context, const std::string& name, const Constraint& constraint,
+                std::optional<U>& value) {
   U given{};
   read_value(input, context, name, constraint, given);
   value = std::move(given);
@@ -84,16 +85,26 @@ Input write_value(const std::vector<Vec3>&, int dim);
 
 template <class U>
 constexpr const char* type_text() {
-  if constexpr (std::is_same_v<U, bool>) return "true or false";
-  else if constexpr (std::is_same_v<U, int> || std::is_same_v<U, Index>) return "integer";
-  else if constexpr (std::is_same_v<U, Real>) return "number";
-  else if constexpr (std::is_same_v<U, std::string>) return "string";
-  else if constexpr (std::is_same_v<U, Vec3>) return "dim numbers";
-  else if constexpr (std::is_same_v<U, std::vector<Real>>) return "number or array of numbers";
-  else if constexpr (std::is_same_v<U, std::vector<int>>) return "array of integers";
-  else if constexpr (std::is_same_v<U, std::vector<std::string>>) return "array of strings";
-  else if constexpr (std::is_same_v<U, std::vector<Vec3>>) return "array of points";
-  else return type_text<typename U::value_type>();  // std::optional
+  if constexpr (std::is_same_v<U, bool>)
+    return "true or false";
+  else if constexpr (std::is_same_v<U, int> || std::is_same_v<U, Index>)
+    return "integer";
+  else if constexpr (std::is_same_v<U, Real>)
+    return "number";
+  else if constexpr (std::is_same_v<U, std::string>)
+    return "string";
+  else if constexpr (std::is_same_v<U, Vec3>)
+    return "dim numbers";
+  else if constexpr (std::is_same_v<U, std::vector<Real>>)
+    return "number or array of numbers";
+  else if constexpr (std::is_same_v<U, std::vector<int>>)
+    return "array of integers";
+  else if constexpr (std::is_same_v<U, std::vector<std::string>>)
+    return "array of strings";
+  else if constexpr (std::is_same_v<U, std::vector<Vec3>>)
+    return "array of points";
+  else
+    return type_text<typename U::value_type>();  // std::optional
 }
 
 /// Unknown keys of `table` are errors that offer the nearest of `names`.
@@ -242,11 +253,11 @@ class TypeRegistry {
   template <class Derived>
   void add() {
     add({Derived::name, Derived::summary, parameters_of<Derived>().describe(), [](const Input& input, const ReadContext& context) {
-      auto object = std::make_shared<Derived>();
-      parameters_of<Derived>().read(input, context, *object, {"type"});
-      object->check(input, context);
-      return object;
-    }});
+           auto object = std::make_shared<Derived>();
+           parameters_of<Derived>().read(input, context, *object, {"type"});
+           object->check(input, context);
+           return object;
+         }});
   }
 
   /// Reads `{ type = "...", ... }`. `what` names the thing in messages, e.g. "region".

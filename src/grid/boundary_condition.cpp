@@ -101,7 +101,9 @@ bool BoundaryConditions<Dim, R>::has_node(std::size_t condition, const Grid<Dim,
   Place<Dim> last{};
   for (int d = 0; d < Dim; ++d) {
     const auto s = static_cast<std::size_t>(d);
-    const auto node_at = [&](Real x) { return static_cast<int>(std::clamp((x - grid.lower(d)) / grid.cell_size(d), Real{-1}, static_cast<Real>(grid.nodes(d)))); };
+    const auto node_at = [&](Real x) {
+      return static_cast<int>(std::clamp((x - grid.lower(d)) / grid.cell_size(d), Real{-1}, static_cast<Real>(grid.nodes(d))));
+    };
     first[s] = std::max(0, node_at(lower[s]) - 1);
     last[s] = std::min(grid.cells(d), node_at(upper[s]) + 1);
     if (last[s] < first[s]) return false;
@@ -142,8 +144,10 @@ void BoundaryConditions<Dim, R>::append(const Grid<Dim, R>& grid, const Place<Di
         const int axis = axis_of<Dim>(normal);
         Vec<Dim> n;
         std::copy_n(normal.begin(), Dim, n.begin());
-        if (axis >= 0) condition_of[axis] = condition;
-        else if (dot<Dim>(n, n) > 0) oblique.push_back(n);
+        if (axis >= 0)
+          condition_of[axis] = condition;
+        else if (dot<Dim>(n, n) > 0)
+          oblique.push_back(n);
       }
     }
   }
@@ -176,8 +180,8 @@ std::vector<Vec<Dim>> BoundaryConditions<Dim, R>::velocities(Real t) const {
 }
 
 template <int Dim, class R>
-void BoundaryConditions<Dim, R>::constrain(Tile<Dim, R>& tile, const NodalDynamics<Dim>& dynamics, const std::vector<Vec<Dim>>& values, Real dt,
-                                           Ledger& ledger) const {
+void BoundaryConditions<Dim, R>::constrain(Tile<Dim, R>& tile, const NodalDynamics<Dim>& dynamics, const std::vector<Vec<Dim>>& values,
+                                           Real dt, Ledger& ledger) const {
   NodeValues<Dim, R>& nodes = tile.values;
   for (const FixedComponent& fixed : tile.components) {
     const auto d = static_cast<std::size_t>(fixed.component);

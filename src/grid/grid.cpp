@@ -65,7 +65,7 @@ Vec<Dim> Grid<Dim, R>::node_position(const Place<Dim>& node) const {
 template <int Dim, class R>
 Index Grid<Dim, R>::key_of(const Place<Dim>& node) const {
   Index key = 0;
-  for (int d = Dim - 1; d >= 0; --d) key = key * (nodes(d) + 2 * k_lanes<R>) + node[static_cast<std::size_t>(d)];
+  for (int d = Dim - 1; d >= 0; --d) key = key * (nodes(d) + 2 * k_lanes<R>)+node[static_cast<std::size_t>(d)];
   return key;
 }
 
@@ -113,9 +113,12 @@ Tile<Dim, R>* Grid<Dim, R>::acquire(const Place<Dim>& node) {
       const auto s = static_cast<std::size_t>(d);
       Place<Dim> twin = node;
       const int far = d == 0 ? cells_[0] / k_lanes<R> * k_lanes<R> : cells_[d];
-      if (node[s] == 0) twin[s] = far;
-      else if (node[s] == far) twin[s] = 0;
-      else continue;
+      if (node[s] == 0)
+        twin[s] = far;
+      else if (node[s] == far)
+        twin[s] = 0;
+      else
+        continue;
       ++made->user_count;
       if (find(twin) == nullptr) acquire(twin);
     }
@@ -235,7 +238,8 @@ std::vector<Field> Grid<Dim, R>::fields() const {
   for (const Band& band : bands_) {
     for (const TileType* tile : band.tiles) {
       std::size_t node = 0;
-      for (int d = Dim - 1; d >= 0; --d) node = node * static_cast<std::size_t>(nodes(d)) + static_cast<std::size_t>(tile->first[static_cast<std::size_t>(d)]);
+      for (int d = Dim - 1; d >= 0; --d)
+        node = node * static_cast<std::size_t>(nodes(d)) + static_cast<std::size_t>(tile->first[static_cast<std::size_t>(d)]);
       for (int lane = 0; lane < k_lanes<R> && tile->first[0] + lane < nodes(0); ++lane, ++node) {
         mass.values[node] = static_cast<Real>(tile->values.moved_mass[lane]);
         for (std::size_t d = 0; d < Dim; ++d) velocity.values[node * Dim + d] = static_cast<Real>(tile->values.velocity[d][lane]);
@@ -257,7 +261,8 @@ Index Grid<Dim, R>::memory() const {
   Index tiles = 0;
   for (const Band& band : bands_) tiles += static_cast<Index>(band.storage.size());
   // A tile, its two places in lists, and its entry in the map with a link and a hash.
-  return tiles * static_cast<Index>(sizeof(TileType) + 2 * sizeof(void*) + 5 * sizeof(void*)) + static_cast<Index>(bands_.size() * sizeof(Band));
+  return tiles * static_cast<Index>(sizeof(TileType) + 2 * sizeof(void*) + 5 * sizeof(void*)) +
+         static_cast<Index>(bands_.size() * sizeof(Band));
 }
 
 template class Grid<2, double>;

@@ -60,14 +60,10 @@ void make_hdf5_quiet() {
 
 hid_t file_type(Number number) {
   switch (number) {
-    case Number::float32:
-      return H5T_IEEE_F32LE;
-    case Number::float64:
-      return H5T_IEEE_F64LE;
-    case Number::int64:
-      return H5T_STD_I64LE;
-    case Number::uint8:
-      break;
+    case Number::float32: return H5T_IEEE_F32LE;
+    case Number::float64: return H5T_IEEE_F64LE;
+    case Number::int64: return H5T_STD_I64LE;
+    case Number::uint8: break;
   }
   return H5T_STD_U8LE;
 }
@@ -173,22 +169,20 @@ void append_rows(hid_t file, const Hdf5Rows& rows, const std::filesystem::path& 
   check(H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, block.data(), nullptr), path);
   const Handle memory(H5Screate_simple(static_cast<int>(block.size()), block.data(), nullptr), H5Sclose, path);
   const auto write = [&](hid_t type, const void* values) { check(H5Dwrite(dataset, type, memory, space, H5P_DEFAULT, values), path); };
-  if (const auto* integers = std::get_if<std::span<const Index>>(&rows.values)) write(H5T_NATIVE_INT64, integers->data());
-  else write(H5T_NATIVE_DOUBLE, std::get<std::span<const Real>>(rows.values).data());
+  if (const auto* integers = std::get_if<std::span<const Index>>(&rows.values))
+    write(H5T_NATIVE_INT64, integers->data());
+  else
+    write(H5T_NATIVE_DOUBLE, std::get<std::span<const Real>>(rows.values).data());
 }
 
 }  // namespace
 
 Index byte_size(Number number) {
   switch (number) {
-    case Number::float32:
-      return 4;
-    case Number::float64:
-      return 8;
-    case Number::int64:
-      return 8;
-    case Number::uint8:
-      break;
+    case Number::float32: return 4;
+    case Number::float64: return 8;
+    case Number::int64: return 8;
+    case Number::uint8: break;
   }
   return 1;
 }

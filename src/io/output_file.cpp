@@ -71,8 +71,10 @@ void reserve_space(const std::filesystem::path& path, Index bytes) {
       error = ::posix_fallocate(descriptor, status.st_size, bytes);
     } while (error == EINTR);
     // Not every file system can reserve: then the write itself must find out.
-    if (error == EINVAL || error == EOPNOTSUPP || error == ENODEV) error = 0;
-    else if (error != 0 && ::ftruncate(descriptor, status.st_size) != 0) error = errno;
+    if (error == EINVAL || error == EOPNOTSUPP || error == ENODEV)
+      error = 0;
+    else if (error != 0 && ::ftruncate(descriptor, status.st_size) != 0)
+      error = errno;
   }
   ::close(descriptor);
   if (error != 0) fail_write(path, std::strerror(error));

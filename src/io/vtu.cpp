@@ -14,24 +14,24 @@ namespace {
 std::string xml_escaped(const std::string& text) {
   std::string escaped;
   for (const char c : text) {
-    if (c == '&') escaped += "&amp;";
-    else if (c == '<') escaped += "&lt;";
-    else if (c == '"') escaped += "&quot;";
-    else escaped += c;
+    if (c == '&')
+      escaped += "&amp;";
+    else if (c == '<')
+      escaped += "&lt;";
+    else if (c == '"')
+      escaped += "&quot;";
+    else
+      escaped += c;
   }
   return escaped;
 }
 
 const char* vtk_type(Number number) {
   switch (number) {
-    case Number::float32:
-      return "Float32";
-    case Number::float64:
-      return "Float64";
-    case Number::int64:
-      return "Int64";
-    case Number::uint8:
-      break;
+    case Number::float32: return "Float32";
+    case Number::float64: return "Float64";
+    case Number::int64: return "Int64";
+    case Number::uint8: break;
   }
   return "UInt8";
 }
@@ -56,18 +56,10 @@ class Arrays {
     const std::size_t offset = raw_.size();
     put<std::uint64_t>(raw_, std::vector<std::size_t>{values.size() * static_cast<std::size_t>(byte_size(number))});
     switch (number) {
-      case Number::float32:
-        put<float>(raw_, values);
-        break;
-      case Number::float64:
-        put<double>(raw_, values);
-        break;
-      case Number::int64:
-        put<std::int64_t>(raw_, values);
-        break;
-      case Number::uint8:
-        put<std::uint8_t>(raw_, values);
-        break;
+      case Number::float32: put<float>(raw_, values); break;
+      case Number::float64: put<double>(raw_, values); break;
+      case Number::int64: put<std::int64_t>(raw_, values); break;
+      case Number::uint8: put<std::uint8_t>(raw_, values); break;
     }
     return fmt::format("<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" offset=\"{}\"/>\n",
                        vtk_type(number), xml_escaped(name), components, offset);

@@ -37,7 +37,8 @@ Choice choose() {
     if (level.name == asked) return {level.name, level.tables()};
   }
   const std::vector<std::string> names = available_instruction_sets();
-  throw InputError("MATPOINT_SIMD = \"{}\" is not available on this processor, allowed: {}{}", asked, list_names(names), did_you_mean(asked, names));
+  throw InputError("MATPOINT_SIMD = \"{}\" is not available on this processor, allowed: {}{}", asked, list_names(names),
+                   did_you_mean(asked, names));
 }
 
 const Choice& choice() {

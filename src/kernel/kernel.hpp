@@ -62,13 +62,13 @@ struct SlotLayout {
 
 /// The stages of a step that one sweep over the particles does. The three stress orders are sequences of sweeps (explicit_solver.cpp).
 enum class Sweep {
-  start,          ///< Stress from the state, mass + momentum + force to the grid.
-  start_momentum, ///< Mass + momentum to the grid.
-  usl,            ///< Velocity, gradient, F, stress, position; mass + momentum + force for the next step.
-  musl_velocity,  ///< Velocity; momentum to the grid.
-  musl_gradient,  ///< Gradient, F, stress, position; mass + momentum + force for the next step.
-  usf_stress,     ///< Gradient, F, stress; force to the grid.
-  usf_velocity,   ///< Velocity, position; mass + momentum for the next step.
+  start,           ///< Stress from the state, mass + momentum + force to the grid.
+  start_momentum,  ///< Mass + momentum to the grid.
+  usl,             ///< Velocity, gradient, F, stress, position; mass + momentum + force for the next step.
+  musl_velocity,   ///< Velocity; momentum to the grid.
+  musl_gradient,   ///< Gradient, F, stress, position; mass + momentum + force for the next step.
+  usf_stress,      ///< Gradient, F, stress; force to the grid.
+  usf_velocity,    ///< Velocity, position; mass + momentum for the next step.
 };
 constexpr int k_sweep_count = 7;
 
@@ -79,16 +79,16 @@ struct LawChunk {
   R* const* slots = nullptr;
   const R* counts = nullptr;  ///< Per lane: slots below this hold a particle.
   SlotLayout layout;
-  R uniform_volume = 0;       ///< [m^3], unless the layout has volumes.
-  Real dt = 0;                ///< [s]
-  bool updates_F = true;      ///< Else L is zero and F stays.
-  const R* L = nullptr;       ///< Velocity gradient [1/s], [slot][dim x dim][lane].
-  R* tau = nullptr;           ///< Out: Kirchhoff stress [Pa], [slot][k_stress_size][lane].
-  R* J_min = nullptr;         ///< In and out, per lane.
+  R uniform_volume = 0;   ///< [m^3], unless the layout has volumes.
+  Real dt = 0;            ///< [s]
+  bool updates_F = true;  ///< Else L is zero and F stays.
+  const R* L = nullptr;   ///< Velocity gradient [1/s], [slot][dim x dim][lane].
+  R* tau = nullptr;       ///< Out: Kirchhoff stress [Pa], [slot][k_stress_size][lane].
+  R* J_min = nullptr;     ///< In and out, per lane.
   R* J_max = nullptr;
-  Real dissipated = 0;        ///< Out: viscous dissipation [J].
-  int bad_slot = -1;          ///< Out: first slot with a particle whose det F is not positive and finite,
-  int bad_lane = -1;          ///< and its lane.
+  Real dissipated = 0;  ///< Out: viscous dissipation [J].
+  int bad_slot = -1;    ///< Out: first slot with a particle whose det F is not positive and finite,
+  int bad_lane = -1;    ///< and its lane.
 };
 
 template <class R>
@@ -107,12 +107,12 @@ template <int Dim, class R>
 struct SweepChunk {
   int slot_count = 0;
   R* slots[k_chunk_slots] = {};
-  const R* next_slots[k_chunk_slots] = {};     ///< Slots of a block that comes soon, to be fetched into the cache.
-  alignas(64) R counts[k_lanes<R>] = {};       ///< Per lane: slots below this hold a particle.
-  NodeValues<Dim, R>* nodes[k_rows<Dim>][2];   ///< The block's tile and the next one, per row of nodes.
-  Mover<R> movers[k_chunk_slots * k_lanes<R>]; ///< Out.
-  int mover_count = 0;                         ///< Out.
-  int bad_slot = -1;                           ///< Out, as in LawChunk.
+  const R* next_slots[k_chunk_slots] = {};      ///< Slots of a block that comes soon, to be fetched into the cache.
+  alignas(64) R counts[k_lanes<R>] = {};        ///< Per lane: slots below this hold a particle.
+  NodeValues<Dim, R>* nodes[k_rows<Dim>][2];    ///< The block's tile and the next one, per row of nodes.
+  Mover<R> movers[k_chunk_slots * k_lanes<R>];  ///< Out.
+  int mover_count = 0;                          ///< Out.
+  int bad_slot = -1;                            ///< Out, as in LawChunk.
   int bad_lane = -1;
 };
 

@@ -53,9 +53,18 @@ struct Pack {
   MPM_INLINE friend Pack operator*(Pack a, Pack b) { return a.v * b.v; }
   MPM_INLINE friend Pack operator/(Pack a, Pack b) { return a.v / b.v; }
   MPM_INLINE Pack operator-() const { return -v; }
-  MPM_INLINE Pack& operator+=(Pack b) { v += b.v; return *this; }
-  MPM_INLINE Pack& operator-=(Pack b) { v -= b.v; return *this; }
-  MPM_INLINE Pack& operator*=(Pack b) { v *= b.v; return *this; }
+  MPM_INLINE Pack& operator+=(Pack b) {
+    v += b.v;
+    return *this;
+  }
+  MPM_INLINE Pack& operator-=(Pack b) {
+    v -= b.v;
+    return *this;
+  }
+  MPM_INLINE Pack& operator*=(Pack b) {
+    v *= b.v;
+    return *this;
+  }
 
   MPM_INLINE friend Mask<R> operator<(Pack a, Pack b) { return {a.v < b.v}; }
   MPM_INLINE friend Mask<R> operator>(Pack a, Pack b) { return {a.v > b.v}; }
@@ -123,11 +132,11 @@ MPM_INLINE Pack<R> shift_up(Pack<R> low, Pack<R> high) {
 /// Whole numbers as reals: exact for |i| < 2^51 (2^22 in single precision). Adding the magic number puts i into the mantissa.
 MPM_INLINE Pack<double> to_real(Mask<double>::Native i) {
   const auto bits = i + 0x4338000000000000ll;
-  return (Pack<double>::Native)(bits) - 0x1.8p52;
+  return (Pack<double>::Native)(bits)-0x1.8p52;
 }
 MPM_INLINE Pack<float> to_real(Mask<float>::Native i) {
   const auto bits = i + 0x4b400000;
-  return (Pack<float>::Native)(bits) - 0x1.8p23f;
+  return (Pack<float>::Native)(bits)-0x1.8p23f;
 }
 
 /// ln x for normal x > 0, within 2 units in the last place: x = 2^k m with m in [sqrt(1/2), sqrt(2)), ln m = 2 artanh((m - 1)/(m + 1)).

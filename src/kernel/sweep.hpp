@@ -37,7 +37,8 @@ struct Multilinear {
       const R* const here = field(row, 0);
       at[2 * row] = P::load(here + lane);
       // The last node of the last lanes is the next tile's first.
-      at[2 * row + 1] = lane + P::k_width < k_lanes<R> ? P::load_unaligned(here + lane + 1) : shift_down(at[2 * row], P::load(field(row, 1)));
+      at[2 * row + 1] =
+          lane + P::k_width < k_lanes<R> ? P::load_unaligned(here + lane + 1) : shift_down(at[2 * row], P::load(field(row, 1)));
     }
     if constexpr (Dim == 2) {
       c[0] = at[0];

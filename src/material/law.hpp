@@ -50,7 +50,7 @@ struct LawHistory {
   using Type = NoHistory<T>;
 };
 template <class Law, class T>
-  requires requires { typename Law::template History<T>; }
+requires requires { typename Law::template History<T>; }
 struct LawHistory<Law, T> {
   using Type = typename Law::template History<T>;
 };
@@ -73,20 +73,26 @@ inline M kirchhoff_stress_of(const Law& law, const Kinematics<M>& k, const Histo
 
 /// Whether the stress depends on more than F: then a body stores it, as it cannot be computed from the state alone.
 template <class Law>
-constexpr bool k_is_rate_dependent = !requires(const Law& law, const Mat3<Real>& F) { law.kirchhoff_stress(F); };
+constexpr bool k_is_rate_dependent = !requires(const Law& law, const Mat3<Real>& F) {
+  law.kirchhoff_stress(F);
+};
 
 template <class Law>
-constexpr bool k_has_dissipation = requires(const Law& law, const Kinematics<Mat3<Real>>& k) { law.dissipation_rate(k); };
+constexpr bool k_has_dissipation = requires(const Law& law, const Kinematics<Mat3<Real>>& k) {
+  law.dissipation_rate(k);
+};
 
 /// Whether the law says that it branches on its scalars, `static constexpr bool is_scalar_only = true;`: it then runs lane by lane.
 template <class Law>
-constexpr bool k_is_scalar_only = requires { requires Law::is_scalar_only; };
+constexpr bool k_is_scalar_only = requires {
+  requires Law::is_scalar_only;
+};
 
 /// Parameters of isotropic elastic solids, and what follows from them.
 struct ElasticParameters {
-  Real density = 0;          ///< [kg/m^3]
-  Real youngs_modulus = 0;   ///< [Pa]
-  Real poissons_ratio = 0;   ///< [1]
+  Real density = 0;         ///< [kg/m^3]
+  Real youngs_modulus = 0;  ///< [Pa]
+  Real poissons_ratio = 0;  ///< [1]
 
   Real lambda() const { return youngs_modulus * poissons_ratio / ((1 + poissons_ratio) * (1 - 2 * poissons_ratio)); }  ///< [Pa]
   Real mu() const { return youngs_modulus / (2 * (1 + poissons_ratio)); }                                              ///< [Pa]

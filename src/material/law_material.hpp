@@ -37,13 +37,17 @@ class LawMaterial final : public Material {
     return result;
   }
   Real energy_density(const Matrix& F) const override {
-    if constexpr (requires(Mat3<Real> m) { law.energy_density(m); }) return law.energy_density(to_mat3(F));
-    else return 0;
+    if constexpr (requires(Mat3<Real> m) { law.energy_density(m); })
+      return law.energy_density(to_mat3(F));
+    else
+      return 0;
   }
   Real wave_speed(Real J) const override { return law.wave_speed(J); }
   Real kinematic_viscosity(Real J) const override {
-    if constexpr (requires { law.kinematic_viscosity(J); }) return law.kinematic_viscosity(J);
-    else return 0;
+    if constexpr (requires { law.kinematic_viscosity(J); })
+      return law.kinematic_viscosity(J);
+    else
+      return 0;
   }
   Input write(int dim) const override { return write_typed(law, dim); }
 

@@ -17,8 +17,8 @@ class Material {
   virtual ~Material() = default;
 
   virtual std::string type() const = 0;
-  virtual Real density() const = 0;       ///< Reference density [kg/m^3].
-  virtual int history_size() const = 0;   ///< Numbers per point that the law remembers.
+  virtual Real density() const = 0;      ///< Reference density [kg/m^3].
+  virtual int history_size() const = 0;  ///< Numbers per point that the law remembers.
   /// Whether the stress depends on more than F.
   virtual bool is_rate_dependent() const = 0;
 

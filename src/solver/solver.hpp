@@ -20,7 +20,7 @@ struct BodyTotals {
   Real strain_energy = 0;         ///< Sum of W(F) V0: the stored energy, never 1/2 sigma : eps.
   Real gravitational_energy = 0;  ///< -m g . x
   Real von_mises_max = 0;
-  Vec3 lower{};                   ///< Extent of the particle positions [m].
+  Vec3 lower{};  ///< Extent of the particle positions [m].
   Vec3 upper{};
   Real J_min = 1;
   Real J_max = 1;

@@ -158,7 +158,8 @@ INSTANTIATE_TEST_SUITE_P(
     velocities, WrongBody,
     testing::Values(
         velocity("unknown_type", "{ type = \"unifrom\", value = [0, 0] }",
-                 {"velocity type = \"unifrom\" is unknown, allowed: \"uniform\", \"linear\", \"rotating\" or \"sine\"", "did you mean \"uniform\"?"}),
+                 {"velocity type = \"unifrom\" is unknown, allowed: \"uniform\", \"linear\", \"rotating\" or \"sine\"",
+                  "did you mean \"uniform\"?"}),
         velocity("plain_vector", "[1, 0]", {"velocity must be a table { type = ... }, got [1, 0]"}),
         velocity("uniform_components", "{ type = \"uniform\", value = [0, 0, 1] }", {"velocity: value = [0, 0, 1] has 3 numbers"}),
         velocity("linear_rows", "{ type = \"linear\", gradient = [[1, 0]] }",

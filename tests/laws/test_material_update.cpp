@@ -84,7 +84,9 @@ struct Points {
     Line counts{}, J_min{}, J_max{};
     std::vector<Real*> slot(static_cast<std::size_t>(slots));
     for (int k = 0; k < slots; ++k) slot[static_cast<std::size_t>(k)] = storage[static_cast<std::size_t>(k * layout.field_count)].lane;
-    const auto field = [&](int f, std::size_t p) -> Real& { return storage[p / lanes * static_cast<std::size_t>(layout.field_count) + static_cast<std::size_t>(f)].lane[p % lanes]; };
+    const auto field = [&](int f, std::size_t p) -> Real& {
+      return storage[p / lanes * static_cast<std::size_t>(layout.field_count) + static_cast<std::size_t>(f)].lane[p % lanes];
+    };
     const auto n = static_cast<std::size_t>(count);
     for (std::size_t p = 0; p < n; ++p) {
       counts.lane[p % lanes] += 1;

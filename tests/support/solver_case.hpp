@@ -73,7 +73,8 @@ inline Seeds lattice(int dim, const Vec3& lower, const Vec3& upper, const std::a
   for (int i = 0; i < count[0]; ++i) {
     for (int j = 0; j < count[1]; ++j) {
       for (int k = 0; k < (dim == 3 ? count[2] : 1); ++k) {
-        seeds.position.push_back({lower[0] + (i + 0.5) * size[0], lower[1] + (j + 0.5) * size[1], dim == 3 ? lower[2] + (k + 0.5) * size[2] : 0});
+        seeds.position.push_back(
+            {lower[0] + (i + 0.5) * size[0], lower[1] + (j + 0.5) * size[1], dim == 3 ? lower[2] + (k + 0.5) * size[2] : 0});
         seeds.volume.push_back(volume);
       }
     }
@@ -141,9 +142,7 @@ inline BoundarySpec make_side(const std::string& side, BoundaryKind kind, std::v
   return boundary;
 }
 
-inline std::string order_name(StressOrder order) {
-  return order == StressOrder::usl ? "usl" : order == StressOrder::usf ? "usf" : "musl";
-}
+inline std::string order_name(StressOrder order) { return order == StressOrder::usl ? "usl" : order == StressOrder::usf ? "usf" : "musl"; }
 
 /// Sum of momentum, mass and energy over all bodies.
 struct Sums {
@@ -183,7 +182,8 @@ inline Real greatest_difference(const std::vector<Real>& a, const std::vector<Re
   Real greatest = 0;
   for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
     // A nan differs from everything, and std::max would swallow it.
-    if (!(std::abs(a[i] - b[i]) <= greatest)) greatest = std::isnan(a[i] - b[i]) ? std::numeric_limits<Real>::infinity() : std::abs(a[i] - b[i]);
+    if (!(std::abs(a[i] - b[i]) <= greatest))
+      greatest = std::isnan(a[i] - b[i]) ? std::numeric_limits<Real>::infinity() : std::abs(a[i] - b[i]);
   }
   return greatest;
 }

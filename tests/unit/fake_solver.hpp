@@ -55,12 +55,18 @@ class FakeSolver : public Solver {
       const Vec3& v = bodies[body].velocity;
       const auto i = static_cast<Real>(id);
       std::vector<Real> values;
-      if (name == "position") values.assign(x.begin(), x.begin() + dim_);
-      else if (name == "velocity") values.assign(v.begin(), v.begin() + dim_);
-      else if (name == "stress") values = {i + 0.1, i + 0.2, i + 0.3, i + 0.4, dim_ == 3 ? i + 0.5 : 0, dim_ == 3 ? i + 0.6 : 0};
-      else if (name == "deformation_gradient") values = {1, i, 0, 0, 1, 0, 0, 0, 1};
-      else if (name == "J") values = {1 + time};
-      else values = {i};
+      if (name == "position")
+        values.assign(x.begin(), x.begin() + dim_);
+      else if (name == "velocity")
+        values.assign(v.begin(), v.begin() + dim_);
+      else if (name == "stress")
+        values = {i + 0.1, i + 0.2, i + 0.3, i + 0.4, dim_ == 3 ? i + 0.5 : 0, dim_ == 3 ? i + 0.6 : 0};
+      else if (name == "deformation_gradient")
+        values = {1, i, 0, 0, 1, 0, 0, 0, 1};
+      else if (name == "J")
+        values = {1 + time};
+      else
+        values = {i};
       field.components = static_cast<int>(values.size());
       field.values.insert(field.values.end(), values.begin(), values.end());
     }

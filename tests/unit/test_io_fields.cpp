@@ -191,8 +191,10 @@ TEST(VtkHdf, grid_image_has_rank_of_the_problem) {
     }
     std::vector<hsize_t> shape;
     const auto mass = read_hdf5(path, "VTKHDF/PointData/mass", &shape);
-    if (dim == 2) EXPECT_THAT(shape, ElementsAre(2, 3, 4));
-    else EXPECT_THAT(shape, ElementsAre(2, 2, 3, 4));
+    if (dim == 2)
+      EXPECT_THAT(shape, ElementsAre(2, 3, 4));
+    else
+      EXPECT_THAT(shape, ElementsAre(2, 2, 3, 4));
     EXPECT_EQ(mass[nodes + 5], 42);
     EXPECT_EQ(mass[nodes + 6], 1);
     EXPECT_EQ(read_hdf5(path, "VTKHDF/PointData/velocity").size(), 2 * 3 * nodes);

@@ -39,10 +39,12 @@ TEST(Boundaries, tabulated_velocity_is_linear_between_and_constant_outside_its_t
 
 TEST(Boundaries, fixed_slip_and_component_lists_hold_what_they_name) {
   Case problem = make_case(2, {0, 0, 0}, {1, 1, 0}, {4, 4});
-  problem.bodies.push_back(make_body("block", lattice(2, {0, 0, 0}, {1, 1, 0}, {8, 8, 1}), neo_hookean(10, 0.3, 1000),
-                                     [](const Vec3&) { return Vec3{1, 0.5, 0}; }));
+  problem.bodies.push_back(make_body("block", lattice(2, {0, 0, 0}, {1, 1, 0}, {8, 8, 1}), neo_hookean(10, 0.3, 1000), [](const Vec3&) {
+    return Vec3{1, 0.5, 0};
+  }));
   problem.grid.particles_outside = OutsidePolicy::remove;
-  problem.boundaries = {make_side("left", BoundaryKind::slip), make_side("bottom", BoundaryKind::fixed, {"x"}), make_side("right", BoundaryKind::fixed)};
+  problem.boundaries = {make_side("left", BoundaryKind::slip), make_side("bottom", BoundaryKind::fixed, {"x"}),
+                        make_side("right", BoundaryKind::fixed)};
   problem.time.dt = 1e-3;
   Simulation sim(problem);
   sim.step();
@@ -75,8 +77,10 @@ TEST(Boundaries, obstacle_inside_the_grid_stops_a_body) {
   for (const StressOrder order : k_orders) {
     Case problem = make_case(2, {0, 0, 0}, {2, 1, 0}, {20, 10});
     problem.solver.stress_order = order;
-    problem.bodies.push_back(make_body("ball", lattice(2, {0.3, 0.3, 0}, {0.7, 0.7, 0}, {8, 8, 1}), neo_hookean(2e3, 0.3, 1000),
-                                       [](const Vec3&) { return Vec3{0.5, 0, 0}; }));
+    problem.bodies.push_back(
+        make_body("ball", lattice(2, {0.3, 0.3, 0}, {0.7, 0.7, 0}, {8, 8, 1}), neo_hookean(2e3, 0.3, 1000), [](const Vec3&) {
+          return Vec3{0.5, 0, 0};
+        }));
     BoundarySpec barrier;
     barrier.region = std::make_shared<TestBox>(Vec3{0.999, -1, -1}, Vec3{1.301, 2, 1});
     barrier.kind = BoundaryKind::fixed;
@@ -196,7 +200,9 @@ Case leaving(OutsidePolicy policy) {
   Seeds seeds;
   seeds.position = {{1.5, 0.5, 0}, {7.989, 0.5, 0}};
   seeds.volume = {0.001, 0.001};
-  problem.bodies.push_back(make_body("pair", seeds, neo_hookean(1, 0, 1000), [](const Vec3& x) { return Vec3{x[0] > 4 ? 2.0 : 0.0, 0, 0}; }));
+  problem.bodies.push_back(make_body("pair", seeds, neo_hookean(1, 0, 1000), [](const Vec3& x) {
+    return Vec3{x[0] > 4 ? 2.0 : 0.0, 0, 0};
+  }));
   problem.time.dt = 1e-3;
   problem.time.end = 0.02;
   problem.solver.mass_cutoff = 0;
@@ -248,8 +254,10 @@ TEST(ParticlesOutside, removed_particle_is_booked_with_mass_momentum_and_energy)
 
 TEST(FailedRun, inverted_material_stops_with_step_time_body_and_particle) {
   Case problem = make_case(2, {0, 0, 0}, {1, 1, 0}, {4, 4});
-  problem.bodies.push_back(make_body("soft", lattice(2, {0.25, 0.25, 0}, {0.75, 0.75, 0}, {4, 4, 1}), st_venant_kirchhoff(1, 0.3, 1000),
-                                     [](const Vec3& x) { return Vec3{-200 * (x[0] - 0.5), 0, 0}; }));
+  problem.bodies.push_back(
+      make_body("soft", lattice(2, {0.25, 0.25, 0}, {0.75, 0.75, 0}, {4, 4, 1}), st_venant_kirchhoff(1, 0.3, 1000), [](const Vec3& x) {
+        return Vec3{-200 * (x[0] - 0.5), 0, 0};
+      }));
   problem.time.dt = 0.01;
   Simulation sim(problem);
   try {

@@ -6,8 +6,10 @@ namespace {
 
 Case vibrating_block() {
   Case problem = make_case(2, {0, 0, 0}, {1, 1, 0}, {8, 8});
-  problem.bodies.push_back(make_body("block", lattice(2, {0.25, 0.25, 0}, {0.75, 0.75, 0}, {8, 8, 1}), neo_hookean(1e4, 0.3, 1000),
-                                     [](const Vec3& x) { return Vec3{0.5 * (x[0] - 0.5), 0, 0}; }));
+  problem.bodies.push_back(
+      make_body("block", lattice(2, {0.25, 0.25, 0}, {0.75, 0.75, 0}, {8, 8, 1}), neo_hookean(1e4, 0.3, 1000), [](const Vec3& x) {
+        return Vec3{0.5 * (x[0] - 0.5), 0, 0};
+      }));
   problem.time.end = 0.1;
   return problem;
 }
@@ -29,8 +31,8 @@ TEST(Clock, fixed_time_is_step_times_dt) {
 
 TEST(Clock, fixed_step_is_never_cut_to_an_event) {
   Case problem = vibrating_block();
-  problem.time.dt = 3e-3;                // 0.1 / 3e-3 = 33.3: ends after 33 whole steps
-  problem.output.history_every = 7e-3;   // no multiple of the step
+  problem.time.dt = 3e-3;               // 0.1 / 3e-3 = 33.3: ends after 33 whole steps
+  problem.output.history_every = 7e-3;  // no multiple of the step
   problem.output.fields_at = {0.05};
   Simulation sim(problem);
   std::vector<Real> dts;
@@ -90,8 +92,10 @@ TEST(Clock, dt_max_holds_and_dt_min_stops_the_run) {
 
 TEST(Clock, stable_limit_is_cell_size_over_wave_and_particle_speed) {
   Case problem = make_case(2, {0, 0, 0}, {2, 1, 0}, {20, 5});  // cells of 0.1 x 0.2
-  problem.bodies.push_back(make_body("block", lattice(2, {0.2, 0.2, 0}, {0.8, 0.8, 0}, {6, 6, 1}), neo_hookean(1e4, 0.3, 1000),
-                                     [](const Vec3&) { return Vec3{-1.5, 4, 0}; }));
+  problem.bodies.push_back(
+      make_body("block", lattice(2, {0.2, 0.2, 0}, {0.8, 0.8, 0}, {6, 6, 1}), neo_hookean(1e4, 0.3, 1000), [](const Vec3&) {
+        return Vec3{-1.5, 4, 0};
+      }));
   const Real wave_speed = std::sqrt(1e4 * 0.7 / (1.3 * 0.4) / 1000);
   const Real expected = std::min(0.1 / (wave_speed + 1.5), 0.2 / (wave_speed + 4));
   EXPECT_NEAR(Simulation(problem).solver().stable_dt(), expected, 1e-12 * expected);

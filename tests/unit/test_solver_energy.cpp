@@ -33,7 +33,8 @@ TEST(SolverEnergy, flip_pic_blend_is_the_formula) {
       seeds.position = {x[0], x[1]};
       seeds.volume = {0.5, 0.5};
       // Next to no stiffness: USF has stress in its first step already.
-      problem.bodies.push_back(make_body("pair", seeds, neo_hookean(1e-14, 0, 1), [&](const Vec3& at) { return at[0] < 0.5 ? v[0] : v[1]; }));
+      problem.bodies.push_back(
+          make_body("pair", seeds, neo_hookean(1e-14, 0, 1), [&](const Vec3& at) { return at[0] < 0.5 ? v[0] : v[1]; }));
       Simulation sim(problem);
       sim.step();
       const std::vector<Real> new_v = sim.solver().field(0, "velocity").values;
@@ -142,7 +143,8 @@ TEST(SolverEnergy, ledger_closes_up_to_the_transfer_loss) {
     EXPECT_GT(ledger.damping_dissipation, 10);
     EXPECT_GT(ledger.viscous_dissipation, 1);
     EXPECT_GT(ledger.boundary_work, 10);
-    const Real turnover = sums_of(sim.solver()).kinetic_energy + ledger.damping_dissipation + ledger.viscous_dissipation + ledger.boundary_work;
+    const Real turnover =
+        sums_of(sim.solver()).kinetic_energy + ledger.damping_dissipation + ledger.viscous_dissipation + ledger.boundary_work;
     EXPECT_LT(std::abs(transfer_loss(sim)), 0.02 * turnover) << order_name(order);
     EXPECT_LT(momentum_remainder(sim), 1e-10 * momentum_scale(sim.solver())) << order_name(order);
   }
@@ -155,8 +157,10 @@ TEST(SolverEnergy, damping_decelerates_a_free_block_as_the_exponential) {
     problem.solver.stress_order = order;
     problem.solver.damping = 3;
     problem.solver.mass_cutoff = 0;
-    problem.bodies.push_back(make_body("block", jittered(lattice(2, {0.2, 0.3, 0}, {0.7, 0.7, 0}, {8, 7, 1}), 2, 0.005), neo_hookean(1e4, 0.3, 1000),
-                                       [](const Vec3&) { return Vec3{1, 0, 0}; }));
+    problem.bodies.push_back(make_body("block", jittered(lattice(2, {0.2, 0.3, 0}, {0.7, 0.7, 0}, {8, 7, 1}), 2, 0.005),
+                                       neo_hookean(1e4, 0.3, 1000), [](const Vec3&) {
+                                         return Vec3{1, 0, 0};
+                                       }));
     problem.time.dt = 1e-3;
     problem.time.end = 0.3;
     Simulation sim(problem);

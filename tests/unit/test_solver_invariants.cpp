@@ -30,7 +30,9 @@ Case colliding_blocks(Case problem) {
   const int dim = problem.dim;
   const Seeds left = jittered(lattice(dim, {0.3, 0.25, 0.3}, {0.9, 0.65, 0.7}, {9, 6, 6}), dim, 0.01);
   const Seeds right = jittered(lattice(dim, {0.95, 0.4, 0.35}, {1.5, 0.8, 0.7}, {8, 6, 5}), dim, 0.01);
-  problem.bodies.push_back(make_body("left", left, neo_hookean(1e4, 0.3, 1000), [=](const Vec3&) { return Vec3{0.5, 0.1, dim == 3 ? -0.05 : 0}; }));
+  problem.bodies.push_back(make_body("left", left, neo_hookean(1e4, 0.3, 1000), [=](const Vec3&) {
+    return Vec3{0.5, 0.1, dim == 3 ? -0.05 : 0};
+  }));
   problem.bodies.push_back(make_body("right", right, st_venant_kirchhoff(2e4, 0.2, 700), [](const Vec3&) { return Vec3{-0.4, 0, 0}; }));
   // USL takes L from velocities of nodes with hardly any mass, of which 3D has more; a step this small keeps them harmless until after the
   // impact.
@@ -107,7 +109,9 @@ TEST_P(SolverInvariants, mirror_symmetric_input_stays_mirror_symmetric) {
   Seeds right = left;
   for (Vec3& x : right.position) x[0] = 2 - x[0];
   problem.bodies.push_back(make_body("left", left, neo_hookean(5e3, 0.3, 1000), [](const Vec3& x) { return Vec3{0.5, 0.2 * x[0], 0}; }));
-  problem.bodies.push_back(make_body("right", right, neo_hookean(5e3, 0.3, 1000), [](const Vec3& x) { return Vec3{-0.5, 0.2 * (2 - x[0]), 0}; }));
+  problem.bodies.push_back(make_body("right", right, neo_hookean(5e3, 0.3, 1000), [](const Vec3& x) {
+    return Vec3{-0.5, 0.2 * (2 - x[0]), 0};
+  }));
   problem.time.dt = 2e-3;
   problem.time.end = 0.4;
   Simulation sim(problem);
@@ -168,7 +172,8 @@ TEST_P(SolverInvariants, same_bits_for_1_2_and_3_threads) {
       state.insert(state.end(), {totals.kinetic_energy, totals.strain_energy, totals.momentum[0], totals.momentum[1]});
     }
     const Ledger& ledger = sim.solver().ledger();
-    state.insert(state.end(), {ledger.damping_dissipation, ledger.viscous_dissipation, ledger.boundary_impulse[1], ledger.cutoff_impulse[0]});
+    state.insert(state.end(),
+                 {ledger.damping_dissipation, ledger.viscous_dissipation, ledger.boundary_impulse[1], ledger.cutoff_impulse[0]});
     return state;
   };
   const std::vector<Real> one = state_with(1);
@@ -181,7 +186,9 @@ TEST_P(SolverInvariants, same_bits_for_1_2_and_3_threads) {
 INSTANTIATE_TEST_SUITE_P(orders, SolverInvariants,
                          testing::Values(Variant{StressOrder::usl, 2}, Variant{StressOrder::usf, 2}, Variant{StressOrder::musl, 2},
                                          Variant{StressOrder::usl, 3}, Variant{StressOrder::usf, 3}, Variant{StressOrder::musl, 3}),
-                         [](const auto& parameter) { return order_name(parameter.param.order) + std::to_string(parameter.param.dim) + "d"; });
+                         [](const auto& parameter) {
+                           return order_name(parameter.param.order) + std::to_string(parameter.param.dim) + "d";
+                         });
 
 /// The nodes' values of a + b . x in cell units, on the tile of 8 nodes at (row, tile).
 template <int Dim>
@@ -191,7 +198,7 @@ struct LinearField {
   alignas(64) mutable Real tile[k_rows<Dim>][2][k_lanes<Real>];
   const Real* operator()(int row, int next) const {
     for (int lane = 0; lane < k_lanes<Real>; ++lane) {
-      Real value = a + b[0] * (lane + next * k_lanes<Real>) + b[1] * (row % 2);
+      Real value = a + b[0] * (lane + next * k_lanes<Real>)+b[1] * (row % 2);
       if constexpr (Dim == 3) value += b[2] * (row / 2);
       tile[row][next][lane] = value;
     }
