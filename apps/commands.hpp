@@ -41,6 +41,9 @@ int explain_command(const std::string& name);
 /// Becomes the Python program that draws the pictures: returns only by InputError.
 int plot_command(const PlotOptions& options);
 
+/// Becomes the benchmark, with the words after `bench`: returns only by InputError.
+int bench_command(std::vector<std::string> words);
+
 /// Prints `warning: ...` on standard error.
 void print_warning(const std::string& text);
 

@@ -94,6 +94,13 @@ void add_verify(CLI::App& app, Arguments& arguments) {
   add_threads(command, arguments);
 }
 
+void add_bench(CLI::App& app) {
+  // Its options are its own: `matpoint bench --help` is the benchmark's.
+  CLI::App& command = *app.add_subcommand("bench", "Measure the speed on this machine, beside plain loops (--list, --help)");
+  command.prefix_command();
+  command.set_help_flag();
+}
+
 /// The command line's errors as one line, with the nearest option.
 std::string parse_error_text(const CLI::App& app, const CLI::ParseError& error) {
   const std::vector<CLI::App*> chosen = app.get_subcommands();
@@ -127,6 +134,7 @@ int dispatch(const CLI::App& app, Arguments& arguments) {
   if (command == "list") return list_command(arguments.name);
   if (command == "explain") return explain_command(arguments.name);
   if (command == "plot") return plot_command(arguments.plot);
+  if (command == "bench") return bench_command(app.get_subcommands().front()->remaining());
   const std::string& preset = arguments.verify.preset;
   if (preset != "quick" && preset != "full") {
     throw InputError("--preset = {} is unknown, allowed: \"quick\" or \"full\"{}", preset, did_you_mean(preset, {"quick", "full"}));
@@ -148,6 +156,7 @@ int run_program(int argc, char** argv) {
   add_list_and_explain(app, arguments);
   add_plot(app, arguments);
   add_verify(app, arguments);
+  add_bench(app);
 
   arguments.run.program = argv[0];
   for (int i = 0; i < argc; ++i) arguments.run.command += (i > 0 ? " " : "") + shell_word(argv[i]);

@@ -27,15 +27,16 @@ struct Node {
   double a[Dim];
 };
 
-/// Where a particle is: its cell's first node, weights and derivatives of the weights along each direction.
+/// Where a particle is: its cell's first node; tuned, too: weights and derivatives of the weights along each direction.
 template <int Dim>
 struct Place {
   std::ptrdiff_t node = 0;
+  int cell[Dim];
   double w[Dim][2];
   double dw[Dim][2];
 };
 
-template <int Dim>
+template <int Dim, PlainStyle style>
 class PlainLoopOf final : public PlainLoop {
  public:
   PlainLoopOf(const Scene& scene, PlainOrder order);
@@ -47,7 +48,7 @@ class PlainLoopOf final : public PlainLoop {
  private:
   Place<Dim> locate(const Particle<Dim>& p) const;
   template <class F>
-  void for_each_node(const Place<Dim>& place, F&& f) const;
+  void for_each_node(const Particle<Dim>& p, F&& f) const;
 
   void clear();
   template <bool has_force>
@@ -71,8 +72,8 @@ class PlainLoopOf final : public PlainLoop {
   std::vector<std::array<double, Dim>> displacement_;  ///< MUSL only.
 };
 
-template <int Dim>
-PlainLoopOf<Dim>::PlainLoopOf(const Scene& scene, PlainOrder order)
+template <int Dim, PlainStyle style>
+PlainLoopOf<Dim, style>::PlainLoopOf(const Scene& scene, PlainOrder order)
     : order_(order), cell_size_(scene.cell_size), mass_cutoff_(scene.mass_cutoff), dt_(scene.dt) {
   lambda_ = scene.youngs_modulus * scene.poissons_ratio / ((1 + scene.poissons_ratio) * (1 - 2 * scene.poissons_ratio));
   mu_ = scene.youngs_modulus / (2 * (1 + scene.poissons_ratio));
@@ -100,48 +101,57 @@ PlainLoopOf<Dim>::PlainLoopOf(const Scene& scene, PlainOrder order)
   if (order == PlainOrder::musl) displacement_.resize(particles_.size());
 }
 
-template <int Dim>
-Place<Dim> PlainLoopOf<Dim>::locate(const Particle<Dim>& p) const {
+template <int Dim, PlainStyle style>
+Place<Dim> PlainLoopOf<Dim, style>::locate(const Particle<Dim>& p) const {
   Place<Dim> place;
   const double inverse = 1 / cell_size_;
   for (int d = 0; d < Dim; ++d) {
-    const double xi = p.x[d] * inverse;
-    const int i = static_cast<int>(xi);
-    place.node += i * stride_[d];
-    place.w[d][1] = xi - i;
-    place.w[d][0] = 1 - place.w[d][1];
-    place.dw[d][0] = -inverse;
-    place.dw[d][1] = inverse;
+    const double xi = style == PlainStyle::tuned ? p.x[d] * inverse : p.x[d] / cell_size_;
+    place.cell[d] = static_cast<int>(xi);
+    place.node += place.cell[d] * stride_[d];
+    if constexpr (style == PlainStyle::tuned) {
+      place.w[d][1] = xi - place.cell[d];
+      place.w[d][0] = 1 - place.w[d][1];
+      place.dw[d][0] = -inverse;
+      place.dw[d][1] = inverse;
+    }
   }
   return place;
 }
 
-/// Calls f(node, N, dN) for the 4 or 8 nodes of the cell.
-template <int Dim>
+/// Calls f(node, N, dN) for the 4 or 8 nodes of the particle's cell.
+template <int Dim, PlainStyle style>
 template <class F>
-void PlainLoopOf<Dim>::for_each_node(const Place<Dim>& place, F&& f) const {
-  if constexpr (Dim == 2) {
-    for (int j = 0; j < 2; ++j) {
-      for (int i = 0; i < 2; ++i) {
-        const double dN[2] = {place.dw[0][i] * place.w[1][j], place.w[0][i] * place.dw[1][j]};
-        f(static_cast<std::size_t>(place.node + i + j * stride_[1]), place.w[0][i] * place.w[1][j], dN);
+void PlainLoopOf<Dim, style>::for_each_node(const Particle<Dim>& p, F&& f) const {
+  const Place<Dim> place = locate(p);
+  for (int corner = 0; corner < (1 << Dim); ++corner) {
+    std::ptrdiff_t node = place.node;
+    double w[Dim];
+    double dw[Dim];
+    for (int d = 0; d < Dim; ++d) {
+      const int side = corner >> d & 1;
+      node += side * stride_[d];
+      if constexpr (style == PlainStyle::tuned) {
+        w[d] = place.w[d][side];
+        dw[d] = place.dw[d][side];
+      } else {
+        const double r = (p.x[d] - (place.cell[d] + side) * cell_size_) / cell_size_;
+        w[d] = 1 - std::abs(r);
+        dw[d] = (r >= 0 ? -1 : 1) / cell_size_;
       }
     }
-  } else {
-    for (int k = 0; k < 2; ++k) {
-      for (int j = 0; j < 2; ++j) {
-        for (int i = 0; i < 2; ++i) {
-          const double dN[3] = {place.dw[0][i] * place.w[1][j] * place.w[2][k], place.w[0][i] * place.dw[1][j] * place.w[2][k],
-                                place.w[0][i] * place.w[1][j] * place.dw[2][k]};
-          f(static_cast<std::size_t>(place.node + i + j * stride_[1] + k * stride_[2]), place.w[0][i] * place.w[1][j] * place.w[2][k], dN);
-        }
-      }
+    if constexpr (Dim == 2) {
+      const double dN[2] = {dw[0] * w[1], w[0] * dw[1]};
+      f(static_cast<std::size_t>(node), w[0] * w[1], dN);
+    } else {
+      const double dN[3] = {dw[0] * w[1] * w[2], w[0] * dw[1] * w[2], w[0] * w[1] * dw[2]};
+      f(static_cast<std::size_t>(node), w[0] * w[1] * w[2], dN);
     }
   }
 }
 
-template <int Dim>
-void PlainLoopOf<Dim>::step() {
+template <int Dim, PlainStyle style>
+void PlainLoopOf<Dim, style>::step() {
   if (order_ == PlainOrder::usf) {
     clear();
     p2g<false>();
@@ -163,16 +173,16 @@ void PlainLoopOf<Dim>::step() {
   }
 }
 
-template <int Dim>
-void PlainLoopOf<Dim>::clear() {
+template <int Dim, PlainStyle style>
+void PlainLoopOf<Dim, style>::clear() {
   for (Node<Dim>& node : nodes_) node = {};
 }
 
-template <int Dim>
+template <int Dim, PlainStyle style>
 template <bool has_force>
-void PlainLoopOf<Dim>::p2g() {
+void PlainLoopOf<Dim, style>::p2g() {
   for (const Particle<Dim>& p : particles_) {
-    for_each_node(locate(p), [&](std::size_t i, double N, const double* dN) {
+    for_each_node(p, [&](std::size_t i, double N, const double* dN) {
       Node<Dim>& node = nodes_[i];
       node.mass += N * p.mass;
       for (int d = 0; d < Dim; ++d) {
@@ -185,8 +195,8 @@ void PlainLoopOf<Dim>::p2g() {
   }
 }
 
-template <int Dim>
-void PlainLoopOf<Dim>::solve_nodes() {
+template <int Dim, PlainStyle style>
+void PlainLoopOf<Dim, style>::solve_nodes() {
   for (Node<Dim>& node : nodes_) {
     if (!(node.mass > 0 && node.mass >= mass_cutoff_)) continue;
     for (int d = 0; d < Dim; ++d) {
@@ -196,23 +206,23 @@ void PlainLoopOf<Dim>::solve_nodes() {
   }
 }
 
-template <int Dim>
-void PlainLoopOf<Dim>::node_velocities() {
+template <int Dim, PlainStyle style>
+void PlainLoopOf<Dim, style>::node_velocities() {
   for (Node<Dim>& node : nodes_) {
     if (!(node.mass > 0 && node.mass >= mass_cutoff_)) continue;
     for (int d = 0; d < Dim; ++d) node.v[d] = node.momentum[d] / node.mass;
   }
 }
 
-template <int Dim>
+template <int Dim, PlainStyle style>
 template <bool has_velocity, bool has_gradient, bool moves>
-void PlainLoopOf<Dim>::g2p() {
+void PlainLoopOf<Dim, style>::g2p() {
   for (std::size_t n = 0; n < particles_.size(); ++n) {
     Particle<Dim>& p = particles_[n];
     double v[Dim] = {};
     double a[Dim] = {};
     double L[Dim][Dim] = {};
-    for_each_node(locate(p), [&](std::size_t i, double N, const double* dN) {
+    for_each_node(p, [&](std::size_t i, double N, const double* dN) {
       const Node<Dim>& node = nodes_[i];
       for (int d = 0; d < Dim; ++d) {
         if constexpr (has_velocity) {
@@ -243,8 +253,8 @@ void PlainLoopOf<Dim>::g2p() {
   }
 }
 
-template <int Dim>
-void PlainLoopOf<Dim>::move_by_old_displacement() {
+template <int Dim, PlainStyle style>
+void PlainLoopOf<Dim, style>::move_by_old_displacement() {
   for (std::size_t n = 0; n < particles_.size(); ++n) {
     for (int d = 0; d < Dim; ++d) particles_[n].x[d] += displacement_[n][static_cast<std::size_t>(d)];
   }
@@ -261,8 +271,8 @@ double determinant(const double (&F)[Dim][Dim]) {
 }
 
 /// F <- (I + L dt) F and sigma = (mu (F F^T - I) + lambda ln(J) I) / J.
-template <int Dim>
-void PlainLoopOf<Dim>::update_stress(Particle<Dim>& p) const {
+template <int Dim, PlainStyle style>
+void PlainLoopOf<Dim, style>::update_stress(Particle<Dim>& p) const {
   double F[Dim][Dim];
   for (int d = 0; d < Dim; ++d) {
     for (int e = 0; e < Dim; ++e) {
@@ -283,8 +293,8 @@ void PlainLoopOf<Dim>::update_stress(Particle<Dim>& p) const {
   }
 }
 
-template <int Dim>
-double PlainLoopOf<Dim>::kinetic_energy() const {
+template <int Dim, PlainStyle style>
+double PlainLoopOf<Dim, style>::kinetic_energy() const {
   double sum = 0;
   for (const Particle<Dim>& p : particles_) {
     for (double v : p.v) sum += 0.5 * p.mass * v * v;
@@ -292,8 +302,8 @@ double PlainLoopOf<Dim>::kinetic_energy() const {
   return sum;
 }
 
-template <int Dim>
-double PlainLoopOf<Dim>::strain_energy() const {
+template <int Dim, PlainStyle style>
+double PlainLoopOf<Dim, style>::strain_energy() const {
   double sum = 0;
   for (const Particle<Dim>& p : particles_) {
     double trace_b = 0;
@@ -308,9 +318,14 @@ double PlainLoopOf<Dim>::strain_energy() const {
 
 }  // namespace
 
-std::unique_ptr<PlainLoop> make_plain_loop(const Scene& scene, PlainOrder order) {
-  if (scene.dim == 3) return std::make_unique<PlainLoopOf<3>>(scene, order);
-  return std::make_unique<PlainLoopOf<2>>(scene, order);
+std::unique_ptr<PlainLoop> make_plain_loop(const Scene& scene, PlainOrder order, PlainStyle style) {
+  const bool is_tuned = style == PlainStyle::tuned;
+  if (scene.dim == 3) {
+    if (is_tuned) return std::make_unique<PlainLoopOf<3, PlainStyle::tuned>>(scene, order);
+    return std::make_unique<PlainLoopOf<3, PlainStyle::textbook>>(scene, order);
+  }
+  if (is_tuned) return std::make_unique<PlainLoopOf<2, PlainStyle::tuned>>(scene, order);
+  return std::make_unique<PlainLoopOf<2, PlainStyle::textbook>>(scene, order);
 }
 
 }  // namespace matpoint::bench

@@ -27,6 +27,10 @@ struct Scene {
   std::size_t particle_count() const { return position[0].size() + position[1].size(); }
 };
 
+/// Textbook: every shape function is evaluated where it is used, from the distance of particle and node, as the formulas are written.
+/// Tuned: the cell's index and the weights along each direction once per particle and mapping, without divisions.
+enum class PlainStyle { textbook, tuned };
+
 /// When the stress is updated within a step: after it, before it, or after it from velocities that were mapped once more.
 enum class PlainOrder { usl, usf, musl };
 
@@ -40,6 +44,6 @@ class PlainLoop {
 };
 
 /// Both bodies in one array, in the order of the cells.
-std::unique_ptr<PlainLoop> make_plain_loop(const Scene& scene, PlainOrder order);
+std::unique_ptr<PlainLoop> make_plain_loop(const Scene& scene, PlainOrder order, PlainStyle style);
 
 }  // namespace matpoint::bench

@@ -67,37 +67,60 @@ int cells_across(int dim, std::size_t particles) {
   return std::max(8, static_cast<int>(std::lround(std::pow(static_cast<double>(particles) / per_unit_cell, 1.0 / dim))));
 }
 
-void fill_body(Scene& scene, std::size_t body, Arrangement arrangement) {
+/// Calls add(x) for the sites of a body's lattice.
+template <class F>
+void for_each_site(const Scene& scene, const std::array<int, 3>& cells, const Vec3& centre, F&& add) {
   const double h = scene.cell_size / 2;
-  const Vec3 centre = centre_of(body, scene.dim, scene.cell_size);
-  const BodyVelocity velocity(body, scene.dim, scene.cell_size);
-  std::mt19937_64 random(body + 1);
-  const auto jitter = [&] { return arrangement == Arrangement::jitter ? h * (static_cast<double>(random() >> 11) * 0x1p-53 - 0.5) : 0; };
-  const int layers = scene.dim == 3 ? 2 * scene.cells[2] : 1;
+  const int layers = scene.dim == 3 ? 2 * cells[2] : 1;
   for (int k = 0; k < layers; ++k) {
-    for (int j = 0; j < 2 * scene.cells[1]; ++j) {
-      for (int i = 0; i < 2 * scene.cells[0]; ++i) {
-        Vec3 x{(i + 0.5) * h, (j + 0.5) * h, scene.dim == 3 ? (k + 0.5) * h : 0};
-        const double rx = x[0] - centre[0];
-        const double ry = x[1] - centre[1];
-        const double rz = x[2] - centre[2];
-        if (rx * rx + ry * ry + rz * rz > k_radius * k_radius) continue;
-        for (std::size_t d = 0; d < static_cast<std::size_t>(scene.dim); ++d) x[d] += jitter();
-        scene.position[body].push_back(x);
-        scene.velocity[body].push_back(velocity.at(x));
+    for (int j = 0; j < 2 * cells[1]; ++j) {
+      for (int i = 0; i < 2 * cells[0]; ++i) {
+        const Vec3 x{(i + 0.5) * h, (j + 0.5) * h, scene.dim == 3 ? (k + 0.5) * h : 0};
+        const Vec3 r{x[0] - centre[0], x[1] - centre[1], x[2] - centre[2]};
+        if (r[0] * r[0] + r[1] * r[1] + r[2] * r[2] <= k_radius * k_radius) add(x);
       }
     }
   }
 }
 
+void fill_body(Scene& scene, const std::array<int, 3>& cells, std::size_t body, const SceneSpec& spec) {
+  const auto dims = static_cast<std::size_t>(scene.dim);
+  const Vec3 centre = centre_of(body, scene.dim, scene.cell_size);
+  const BodyVelocity velocity(body, scene.dim, scene.cell_size);
+  std::mt19937_64 random(body + 1);
+  const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-53 - 0.5; };
+  for_each_site(scene, cells, centre, [&](Vec3 x) {
+    if (spec.arrangement == Arrangement::jitter) {
+      for (std::size_t d = 0; d < dims; ++d) x[d] += scene.cell_size / 2 * uniform();
+    }
+    if (spec.arrangement == Arrangement::random) {
+      double r2 = 1;
+      while (r2 > k_radius * k_radius) {
+        r2 = 0;
+        for (std::size_t d = 0; d < dims; ++d) {
+          const double r = 2 * k_radius * uniform();
+          x[d] = centre[d] + r;
+          r2 += r * r;
+        }
+      }
+    }
+    scene.position[body].push_back(x);
+    scene.velocity[body].push_back(spec.is_at_rest ? Vec3{} : velocity.at(x));
+  });
+}
+
 }  // namespace
 
-Scene make_scene(int dim, Arrangement arrangement, std::size_t particles) {
+Scene make_scene(const SceneSpec& spec) {
+  const int dim = spec.dim;
   Scene scene;
   scene.dim = dim;
-  const int across = cells_across(dim, particles);
+  const int across = cells_across(dim, spec.particles);
   scene.cell_size = 1.0 / across;
-  scene.cells = {2 * across, across, dim == 3 ? across : 1};
+  const std::array<int, 3> cells{2 * across, across, dim == 3 ? across : 1};
+  const double stretch = std::pow(spec.box_factor, 1.0 / dim);
+  for (std::size_t d = 0; d < 3; ++d)
+    scene.cells[d] = d < static_cast<std::size_t>(dim) ? static_cast<int>(std::lround(cells[d] * stretch)) : 1;
   scene.density = 1000;
   scene.youngs_modulus = 1000;
   scene.poissons_ratio = 0.3;
@@ -107,13 +130,13 @@ Scene make_scene(int dim, Arrangement arrangement, std::size_t particles) {
   const double nu = scene.poissons_ratio;
   const double wave_speed = std::sqrt(scene.youngs_modulus * (1 - nu) / ((1 + nu) * (1 - 2 * nu) * scene.density));
   scene.dt = k_courant * scene.cell_size / wave_speed;
-  for (std::size_t body = 0; body < 2; ++body) fill_body(scene, body, arrangement);
+  for (std::size_t body = 0; body < 2; ++body) fill_body(scene, cells, body, spec);
   return scene;
 }
 
-Case make_case(const Scene& scene, StressOrder order) {
+Case make_case(const Scene& scene, StressOrder order, const std::string& precision, const std::optional<Input>& law) {
   Case problem;
-  problem.name = "bench_step";
+  problem.name = "bench";
   problem.dim = scene.dim;
   for (std::size_t d = 0; d < static_cast<std::size_t>(scene.dim); ++d) {
     problem.grid.upper[d] = scene.cells[d] * scene.cell_size;
@@ -121,13 +144,14 @@ Case make_case(const Scene& scene, StressOrder order) {
   }
   problem.solver.stress_order = order;
   problem.solver.flip = 1;
+  problem.solver.precision = precision;
   problem.solver.mass_cutoff = scene.mass_cutoff;
   problem.time.dt = scene.dt;
-  Input law = Input::table();
-  law.set("type", Input::string("neo_hookean"));
-  law.set("density", Input::real(scene.density));
-  law.set("youngs_modulus", Input::real(scene.youngs_modulus));
-  law.set("poissons_ratio", Input::real(scene.poissons_ratio));
+  Input elastic = Input::table();
+  elastic.set("type", Input::string("neo_hookean"));
+  elastic.set("density", Input::real(scene.density));
+  elastic.set("youngs_modulus", Input::real(scene.youngs_modulus));
+  elastic.set("poissons_ratio", Input::real(scene.poissons_ratio));
   for (std::size_t body = 0; body < 2; ++body) {
     BodySpec spec;
     spec.name = body == 0 ? "left" : "right";
@@ -135,7 +159,7 @@ Case make_case(const Scene& scene, StressOrder order) {
     Seeds seeds{scene.position[body], std::vector<Real>(scene.position[body].size(), scene.volume)};
     spec.layout = std::make_shared<SeedList>(std::move(seeds));
     spec.velocity = std::make_shared<BodyVelocity>(body, scene.dim, scene.cell_size);
-    spec.material = material_registry().read(law, {scene.dim, "bench"}, "material");
+    spec.material = material_registry().read(law.value_or(elastic), {scene.dim, "bench"}, "material");
     problem.bodies.push_back(std::move(spec));
   }
   return problem;

@@ -9,13 +9,21 @@
 
 namespace matpoint::bench {
 
-/// Lattice: 2 particles per cell along each direction. Jitter: each of them moved at random by up to half their spacing.
-enum class Arrangement { lattice, jitter };
+/// Lattice: 2 particles per cell along each direction. Jitter: each of them moved at random by up to half their spacing. Random: as many,
+/// anywhere in the bodies.
+enum class Arrangement { lattice, jitter, random };
 
-/// A scene of about `particles` particles in 2 or 3 dimensions.
-Scene make_scene(int dim, Arrangement arrangement, std::size_t particles);
+struct SceneSpec {
+  int dim = 2;
+  Arrangement arrangement = Arrangement::lattice;
+  std::size_t particles = 0;  ///< Wanted; a scene has the next number that its lattice gives.
+  double box_factor = 1;      ///< The grid has so many times the cells that the bodies need.
+  bool is_at_rest = false;    ///< Then hardly any particle changes its cell.
+};
 
-/// The same problem for the library's solver.
-Case make_case(const Scene& scene, StressOrder order);
+Scene make_scene(const SceneSpec& spec);
+
+/// The same problem for the library's solver, with the scene's elastic law or another one (density and parameters in the input).
+Case make_case(const Scene& scene, StressOrder order, const std::string& precision, const std::optional<Input>& law = {});
 
 }  // namespace matpoint::bench

@@ -5,7 +5,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root"
 
 build_packages=(cmake ninja-build g++ libfmt-dev libcli11-dev libtomlplusplus-dev libhdf5-dev python3 python3-venv)
-test_packages=(libgtest-dev libgmock-dev libeigen3-dev libbenchmark-dev)
+test_packages=(libgtest-dev libgmock-dev libeigen3-dev)
 
 say() { printf '\n== %s\n' "$*"; }
 die() { printf 'error: %s\n' "$*" >&2; exit 1; }

@@ -46,6 +46,7 @@ class Body {
   virtual std::vector<std::string> field_names() const = 0;
   virtual Field field(const std::string& name, std::size_t body) const = 0;
   virtual Index memory() const = 0;
+  virtual Occupancy occupancy() const = 0;
 };
 
 }  // namespace matpoint

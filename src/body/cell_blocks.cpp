@@ -7,10 +7,32 @@ namespace matpoint {
 
 template <int Dim, class R>
 CellBlocks<Dim, R>::CellBlocks(GridType& grid, const SlotLayout& layout)
-    : grid_(grid), layout_(layout), bands_(static_cast<std::size_t>(grid.band_count())) {}
+    : grid_(grid), layout_(layout), bands_(static_cast<std::size_t>(grid.band_count())) {
+  const int rows_of_band = grid.band_rows() * (Dim == 3 ? grid.cells(1) : 1);
+  for (Band& band : bands_) band.rows.resize(static_cast<std::size_t>(rows_of_band));
+}
 
 template <int Dim, class R>
-CellBlocks<Dim, R>::~CellBlocks() = default;
+CellBlocks<Dim, R>::~CellBlocks() {
+  for (Band& band : bands_) {
+    for (BlockRow<BlockType>& row : band.rows) {
+      for (BlockType* block : row.blocks) {
+        if (block != nullptr) block->~BlockType();
+      }
+    }
+    for (BlockType* block : band.unused) block->~BlockType();
+  }
+}
+
+/// Of a cell, within its band.
+template <int Dim, class R>
+std::size_t CellBlocks<Dim, R>::row_of(const Place<Dim>& cell) const {
+  const auto row = static_cast<std::size_t>(cell[Dim - 1] % grid_.band_rows());
+  if constexpr (Dim == 3)
+    return row * static_cast<std::size_t>(grid_.cells(1)) + static_cast<std::size_t>(cell[1]);
+  else
+    return row;
+}
 
 template <int Dim, class R>
 Index CellBlocks<Dim, R>::key_of(const Place<Dim>& first) const {
@@ -29,18 +51,22 @@ R* CellBlocks<Dim, R>::take_page(Band& band) {
 }
 
 template <int Dim, class R>
+Block<Dim, R>* CellBlocks<Dim, R>::find(const Place<Dim>& cell) const {
+  return bands_[static_cast<std::size_t>(band_of(cell))].rows[row_of(cell)].find(cell[0] / L);
+}
+
+template <int Dim, class R>
 Block<Dim, R>* CellBlocks<Dim, R>::find_or_make(Band& band, const Place<Dim>& first) {
-  const Index key = key_of(first);
-  BlockType*& block = band.by_key[key];
+  BlockType*& block = band.rows[row_of(first)].at(first[0] / L);
   if (block != nullptr) return block;
   if (band.unused.empty()) {
-    block = &band.storage.emplace_back();
+    block = new (blocks_.take(sizeof(BlockType))) BlockType;
   } else {
     block = band.unused.back();
     band.unused.pop_back();
   }
   block->first = first;
-  block->key = key;
+  block->key = key_of(first);
   block->slot_count = 0;
   std::fill_n(block->counts, L, R{0});
   for (int row = 0; row < k_rows<Dim>; ++row) {
@@ -52,25 +78,39 @@ Block<Dim, R>* CellBlocks<Dim, R>::find_or_make(Band& band, const Place<Dim>& fi
       node[0] += L;
     }
   }
-  const auto after = std::lower_bound(band.blocks.begin(), band.blocks.end(), key, [](const BlockType* b, Index k) { return b->key < k; });
-  band.blocks.insert(after, block);
+  band.is_list_old = true;
   return block;
 }
 
 template <int Dim, class R>
+void CellBlocks<Dim, R>::list_blocks(Band& band) {
+  if (!band.is_list_old) return;
+  band.is_list_old = false;
+  band.blocks.clear();
+  for (const BlockRow<BlockType>& row : band.rows) {
+    std::copy_if(row.blocks.begin(), row.blocks.end(), std::back_inserter(band.blocks), [](BlockType* block) { return block != nullptr; });
+  }
+}
+
+template <int Dim, class R>
 std::pair<Block<Dim, R>*, int> CellBlocks<Dim, R>::insert(const Place<Dim>& cell, const R* fields) {
-  Band& band = bands_[static_cast<std::size_t>(grid_.band_of(cell[Dim - 1]))];
+  Band& band = bands_[static_cast<std::size_t>(band_of(cell))];
   Place<Dim> first = cell;
   const int lane = cell[0] % L;
   first[0] -= lane;
   BlockType* const block = find_or_make(band, first);
-  const int k = block->count(lane);
-  if (static_cast<std::size_t>(k / BlockType::k_page_slots) >= block->pages.size()) block->pages.push_back(take_page(band));
-  R* const slot = block->slot(k, layout_.field_count) + lane;
-  for (int f = 0; f < layout_.field_count; ++f) slot[f * L] = fields[f];
-  block->counts[lane] = static_cast<R>(k + 1);
-  block->slot_count = std::max(block->slot_count, k + 1);
+  insert(band, *block, lane, fields);
   return {block, lane};
+}
+
+template <int Dim, class R>
+void CellBlocks<Dim, R>::insert(Band& band, BlockType& block, int lane, const R* fields) {
+  const int k = block.count(lane);
+  if (k / BlockType::k_page_slots >= block.page_count) block.push_page(take_page(band));
+  R* const slot = block.slot(k, layout_.field_count) + lane;
+  for (int f = 0; f < layout_.field_count; ++f) slot[f * L] = fields[f];
+  block.counts[lane] = static_cast<R>(k + 1);
+  block.slot_count = std::max(block.slot_count, k + 1);
 }
 
 template <int Dim, class R>
@@ -118,21 +158,25 @@ void CellBlocks<Dim, R>::extract(Band& band, BlockType& block, std::vector<Mover
 
 template <int Dim, class R>
 void CellBlocks<Dim, R>::prune(Band& band) {
-  const auto is_empty = [&](BlockType* block) {
-    const auto needed = static_cast<std::size_t>((block->slot_count + BlockType::k_page_slots - 1) / BlockType::k_page_slots);
-    while (block->pages.size() > needed) {
-      band.unused_pages.push_back(block->pages.back());
-      block->pages.pop_back();
+  for (BlockRow<BlockType>& row : band.rows) {
+    for (BlockType*& block : row.blocks) {
+      if (block == nullptr) continue;
+      const int needed = (block->slot_count + BlockType::k_page_slots - 1) / BlockType::k_page_slots;
+      while (block->page_count > needed) band.unused_pages.push_back(block->pop_page());
+      if (block->slot_count > 0) continue;
+      for (auto& tiles : block->tiles) {
+        for (Tile<Dim, R>* tile : tiles) grid_.release(tile);
+      }
+      band.unused.push_back(block);
+      band.is_list_old = true;
+      block = nullptr;
     }
-    if (block->slot_count > 0) return false;
-    for (auto& row : block->tiles) {
-      for (Tile<Dim, R>*& tile : row) grid_.release(tile);
-    }
-    band.by_key.erase(block->key);
-    band.unused.push_back(block);
-    return true;
-  };
-  band.blocks.erase(std::remove_if(band.blocks.begin(), band.blocks.end(), is_empty), band.blocks.end());
+    const auto exists = [](const BlockType* block) { return block != nullptr; };
+    row.blocks.erase(std::find_if(row.blocks.rbegin(), row.blocks.rend(), exists).base(), row.blocks.end());
+    const auto first = std::find_if(row.blocks.begin(), row.blocks.end(), exists);
+    row.begin += static_cast<int>(first - row.blocks.begin());
+    row.blocks.erase(row.blocks.begin(), first);
+  }
 }
 
 template <int Dim, class R>
@@ -148,12 +192,25 @@ Vec3 CellBlocks<Dim, R>::position(const BlockType& block, const R* fields, int l
 
 template <int Dim, class R>
 Index CellBlocks<Dim, R>::memory() const {
-  auto bytes = static_cast<std::size_t>(pages_.memory());
+  auto bytes = static_cast<std::size_t>(pages_.memory() + blocks_.memory());
   for (const Band& band : bands_) {
-    bytes += band.unused_pages.capacity() * sizeof(R*);
-    bytes += band.storage.size() * (sizeof(BlockType) + 8 * sizeof(void*)) + band.leaving.values.capacity() * sizeof(R);
+    bytes += (band.blocks.capacity() + band.unused_pages.capacity() + band.unused.capacity()) * sizeof(void*);
+    bytes +=
+        band.leaving.values.capacity() * sizeof(R) + band.leaving.targets.capacity() * sizeof(typename MovingParticles<Dim, R>::Target);
+    for (const BlockRow<BlockType>& row : band.rows) bytes += sizeof row + row.blocks.capacity() * sizeof(BlockType*);
   }
   return static_cast<Index>(bytes);
+}
+
+template <int Dim, class R>
+Index CellBlocks<Dim, R>::lane_count() const {
+  Index slots = 0;
+  for (const Band& band : bands_) {
+    for (const BlockRow<BlockType>& row : band.rows) {
+      for (const BlockType* block : row.blocks) slots += block == nullptr ? 0 : block->slot_count;
+    }
+  }
+  return slots * L;
 }
 
 template class CellBlocks<2, double>;

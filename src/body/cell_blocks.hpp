@@ -5,6 +5,7 @@
 // one that leaves its cell is taken out, its place is filled by the cell's last, and it is put into its new cell after the sweep.
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <memory>
 
@@ -17,16 +18,55 @@ template <int Dim, class R>
 struct Block {
   static constexpr int L = k_lanes<R>;
   static constexpr int k_page_slots = Dim == 2 ? 2 : 4;
+  /// Pages whose addresses lie in the block itself: enough for 12 particles in a cell in 2D, 16 in 3D.
+  static constexpr int k_near_pages = Dim == 2 ? 6 : 4;
 
   alignas(64) R counts[L] = {};  ///< Particles in each cell.
-  Place<Dim> first{};            ///< The cell of lane 0.
-  Index key = 0;
-  int slot_count = 0;  ///< The largest of the counts.
-  std::vector<R*> pages;
+  int slot_count = 0;            ///< The largest of the counts.
+  int page_count = 0;
+  R* near_pages[k_near_pages] = {};
   Tile<Dim, R>* tiles[k_rows<Dim>][2] = {};
+  Index key = 0;
+  Place<Dim> first{};  ///< The cell of lane 0.
+  std::vector<R*> far_pages;
 
-  R* slot(int k, int field_count) const { return pages[static_cast<std::size_t>(k / k_page_slots)] + (k % k_page_slots) * field_count * L; }
+  R* page(int i) const { return i < k_near_pages ? near_pages[i] : far_pages[static_cast<std::size_t>(i - k_near_pages)]; }
+  R* slot(int k, int field_count) const { return page(k / k_page_slots) + (k % k_page_slots) * field_count * L; }
   int count(int lane) const { return static_cast<int>(counts[lane]); }
+
+  void push_page(R* page) {
+    if (page_count < k_near_pages)
+      near_pages[page_count] = page;
+    else
+      far_pages.push_back(page);
+    ++page_count;
+  }
+  R* pop_page() {
+    R* const last = page(--page_count);
+    if (page_count >= k_near_pages) far_pages.pop_back();
+    return last;
+  }
+};
+
+/// The blocks of one row of cells, from the first to the last that exists: index 0 is block `begin` of the row.
+template <class BlockType>
+struct BlockRow {
+  int begin = 0;
+  std::vector<BlockType*> blocks;
+
+  BlockType* find(int block) const {
+    const int i = block - begin;
+    return i < 0 || i >= static_cast<int>(blocks.size()) ? nullptr : blocks[static_cast<std::size_t>(i)];
+  }
+  BlockType*& at(int block) {
+    if (blocks.empty()) begin = block;
+    if (block < begin) {
+      blocks.insert(blocks.begin(), static_cast<std::size_t>(begin - block), nullptr);
+      begin = block;
+    }
+    if (block - begin >= static_cast<int>(blocks.size())) blocks.resize(static_cast<std::size_t>(block - begin + 1), nullptr);
+    return blocks[static_cast<std::size_t>(block - begin)];
+  }
 };
 
 /// Particles on their way to another cell, or out of the grid: all fields of the slot, then the stress.
@@ -41,6 +81,25 @@ struct MovingParticles {
 
   std::size_t count() const { return targets.size(); }
   const R* particle(std::size_t i, int stride) const { return values.data() + i * static_cast<std::size_t>(stride); }
+  void push(const R* particle, int stride, const Target& target) {
+    values.insert(values.end(), particle, particle + stride);
+    targets.push_back(target);
+  }
+  /// Keeps the particles for which `is_kept(i)`, in their order.
+  template <class F>
+  void keep_if(std::size_t begin, int stride, F&& is_kept) {
+    std::size_t kept = begin;
+    for (std::size_t i = begin; i < count(); ++i) {
+      if (!is_kept(i)) continue;
+      if (kept != i) {
+        std::copy_n(particle(i, stride), stride, values.data() + kept * static_cast<std::size_t>(stride));
+        targets[kept] = targets[i];
+      }
+      ++kept;
+    }
+    values.resize(kept * static_cast<std::size_t>(stride));
+    targets.resize(kept);
+  }
   void clear() {
     values.clear();
     targets.clear();
@@ -70,12 +129,12 @@ class CellBlocks {
   using GridType = Grid<Dim, R>;
   static constexpr int L = k_lanes<R>;
 
-  /// The blocks of one band of the grid, in the order of the cells.
+  /// The blocks of one band of the grid.
   struct Band {
-    std::vector<BlockType*> blocks;
+    std::vector<BlockType*> blocks;  ///< In the order of the cells, as of the last call of `list_blocks`.
     MovingParticles<Dim, R> leaving;
-    std::unordered_map<Index, BlockType*> by_key;
-    std::deque<BlockType> storage;
+    std::vector<BlockRow<BlockType>> rows;
+    bool is_list_old = false;
     std::vector<BlockType*> unused;
     std::vector<R*> unused_pages;
   };
@@ -94,6 +153,13 @@ class CellBlocks {
   /// Puts a particle with the given fields (layout().field_count numbers) into a cell. Returns its block and lane. Threads: as
   /// Grid::acquire.
   std::pair<BlockType*, int> insert(const Place<Dim>& cell, const R* fields);
+  /// The same for a block that is there already.
+  void insert(Band& band, BlockType& block, int lane, const R* fields);
+  /// The block with a cell, or null.
+  BlockType* find(const Place<Dim>& cell) const;
+  /// Brings `band.blocks` up to date.
+  void list_blocks(Band& band);
+  int band_of(const Place<Dim>& cell) const { return grid_.band_of(cell[Dim - 1]); }
   /// Takes the particles out of a block that `movers` names, into `band.leaving`.
   void extract(Band& band, BlockType& block, std::vector<Mover<R>>& movers);
   /// Gives back blocks without particles, and pages that are not needed. All even bands, then all odd ones, may run side by side.
@@ -104,11 +170,14 @@ class CellBlocks {
   /// Calls f(fields, position) for all particles of a band: field f of the particle is fields[f * k_lanes], position in m.
   template <class F>
   void for_each(const Band& band, F&& f) const {
-    for (const BlockType* block : band.blocks) {
-      for (int k = 0; k < block->slot_count; ++k) {
-        const R* const slot = block->slot(k, layout_.field_count);
-        for (int lane = 0; lane < L; ++lane) {
-          if (k < block->count(lane)) f(slot + lane, position(*block, slot + lane, lane));
+    for (const BlockRow<BlockType>& row : band.rows) {
+      for (const BlockType* block : row.blocks) {
+        if (block == nullptr) continue;
+        for (int k = 0; k < block->slot_count; ++k) {
+          const R* const slot = block->slot(k, layout_.field_count);
+          for (int lane = 0; lane < L; ++lane) {
+            if (k < block->count(lane)) f(slot + lane, position(*block, slot + lane, lane));
+          }
         }
       }
     }
@@ -117,15 +186,19 @@ class CellBlocks {
   /// Position [m] of a particle.
   Vec3 position(const BlockType& block, const R* fields, int lane) const;
   Index memory() const;
+  /// Lanes of all slots that a sweep works.
+  Index lane_count() const;
 
  private:
   BlockType* find_or_make(Band& band, const Place<Dim>& first);
   R* take_page(Band& band);
   Index key_of(const Place<Dim>& first) const;
+  std::size_t row_of(const Place<Dim>& cell) const;
 
   GridType& grid_;
   SlotLayout layout_;
   Arena pages_;
+  Arena blocks_;
   std::vector<Band> bands_;
   Index count_ = 0;
 };

@@ -12,6 +12,25 @@ namespace {
 // Blocks that run empty are kept for a while: a particle may come back, and making a block costs more than sweeping an empty one.
 constexpr int k_sweeps_between_prunes = 64;
 
+// How far ahead of the sweep a block's header and its particles are fetched: the one must be there when the other is asked for.
+constexpr std::size_t k_headers_ahead = 6;
+constexpr std::size_t k_blocks_ahead = 2;
+
+void prefetch_lines(const void* begin, std::size_t bytes) {
+  for (std::size_t byte = 0; byte < bytes; byte += 64) __builtin_prefetch(static_cast<const char*>(begin) + byte, 1);
+}
+
+template <int Dim, class R>
+void prefetch_block(const Block<Dim, R>& block) {
+  prefetch_lines(&block, sizeof block);
+}
+
+/// The upper rows of nodes: those below were used one row of blocks earlier.
+template <int Dim, class R>
+void prefetch_nodes(const Block<Dim, R>& block) {
+  for (int row = 1; row < k_rows<Dim>; ++row) prefetch_lines(&block.tiles[row][0]->values, sizeof(NodeValues<Dim, R>));
+}
+
 /// Which sweeps move particles, and what those map.
 bool moves(Sweep what) { return what == Sweep::usl || what == Sweep::musl_gradient || what == Sweep::usf_velocity; }
 bool updates_stress(Sweep what) { return what == Sweep::usl || what == Sweep::musl_gradient || what == Sweep::usf_stress; }
@@ -150,6 +169,7 @@ void ParticleBody<Dim, R>::sweep(Sweep what, Real dt, Real flip) {
   for_each_band([&](std::size_t b) {
     reports_[b].context = context;
     reports_[b].bad = {};
+    reports_[b].moved = 0;
     sweep_band(what, blocks_->bands()[b], reports_[b]);
   });
   collect(what, reports_);
@@ -165,13 +185,19 @@ template <int Dim, class R>
 void ParticleBody<Dim, R>::sweep_band(Sweep what, Band& band, BandReport& report) {
   const auto kernel = kernels_.sweeps[static_cast<int>(what)];
   const int field_count = blocks_->layout().field_count;
+  blocks_->list_blocks(band);
+  const std::vector<Block<Dim, R>*>& blocks = band.blocks;
+  const std::size_t block_count = blocks.size();
   SweepChunk<Dim, R> chunk;
   std::vector<Mover<R>> movers;
-  constexpr std::size_t k_blocks_ahead = 2;
-  for (std::size_t n = 0; n < band.blocks.size(); ++n) {
-    Block<Dim, R>* const block = band.blocks[n];
+  Waiting waiting;
+  for (std::size_t n = 0; n < block_count; ++n) {
+    Block<Dim, R>* const block = blocks[n];
+    prefetch_block(*blocks[std::min(n + k_headers_ahead, block_count - 1)]);
+    const Block<Dim, R>& soon = *blocks[std::min(n + k_blocks_ahead, block_count - 1)];
+    prefetch_nodes(soon);
+    if (n > 0) insert_waiting(what, waiting, band, *blocks[n - 1], *block);
     if (block->slot_count == 0) continue;
-    const Block<Dim, R>& soon = *band.blocks[std::min(n + k_blocks_ahead, band.blocks.size() - 1)];
     for (int row = 0; row < k_rows<Dim>; ++row) {
       for (int next = 0; next < 2; ++next) chunk.nodes[row][next] = &block->tiles[row][next]->values;
     }
@@ -194,8 +220,64 @@ void ParticleBody<Dim, R>::sweep_band(Sweep what, Band& band, BandReport& report
         report.bad = {id(particle), particle.position, J(particle)};
       }
     }
-    if (!movers.empty()) blocks_->extract(band, *block, movers);
+    if (movers.empty()) continue;
+    report.moved += static_cast<Index>(movers.size());
+    const std::size_t begin = band.leaving.count();
+    blocks_->extract(band, *block, movers);
+    insert_near(what, waiting, band, *block, begin);
   }
+  if (block_count > 0) {
+    insert_swept(what, waiting.plane, band, *blocks.back());
+    insert_swept(what, waiting.row, band, *blocks.back());
+  }
+  // Those that are left go to blocks that do not exist yet.
+  for (const MovingParticles<Dim, R>* list : {&waiting.row, &waiting.plane}) {
+    for (std::size_t i = 0; i < list->count(); ++i)
+      band.leaving.push(list->particle(i, blocks_->stride()), blocks_->stride(), list->targets[i]);
+  }
+}
+
+/// Of the particles that have just left `block`, from `begin` on: those into blocks that this sweep has passed are inserted while the
+/// blocks are still in the caches, those into later blocks of the band wait; the others stay in the list, for settle().
+template <int Dim, class R>
+void ParticleBody<Dim, R>::insert_near(Sweep what, Waiting& waiting, Band& band, const Block<Dim, R>& block, std::size_t begin) {
+  const int stride = blocks_->stride();
+  const int own_band = blocks_->band_of(block.first);
+  band.leaving.keep_if(begin, stride, [&](std::size_t i) {
+    const auto& target = band.leaving.targets[i];
+    if (target.is_outside || blocks_->band_of(target.cell) != own_band) return true;
+    const R* const fields = band.leaving.particle(i, stride);
+    if (insert_if_swept(what, band, block, target.cell, fields)) return false;
+    const bool is_in_plane = Dim == 2 || target.cell[Dim - 1] <= block.first[Dim - 1];
+    (is_in_plane ? waiting.row : waiting.plane).push(fields, stride, target);
+    return false;
+  });
+}
+
+/// Between two blocks of a sweep: at the end of a row and of a plane the particles that wait for that.
+template <int Dim, class R>
+void ParticleBody<Dim, R>::insert_waiting(Sweep what, Waiting& waiting, Band& band, const Block<Dim, R>& last, const Block<Dim, R>& next) {
+  if (next.first[1] == last.first[1] && next.first[Dim - 1] == last.first[Dim - 1]) return;
+  if (Dim == 3 && next.first[Dim - 1] != last.first[Dim - 1]) insert_swept(what, waiting.plane, band, last);
+  insert_swept(what, waiting.row, band, last);
+}
+
+template <int Dim, class R>
+void ParticleBody<Dim, R>::insert_swept(Sweep what, MovingParticles<Dim, R>& list, Band& band, const Block<Dim, R>& last) {
+  const int stride = blocks_->stride();
+  list.keep_if(0, stride,
+               [&](std::size_t i) { return !insert_if_swept(what, band, last, list.targets[i].cell, list.particle(i, stride)); });
+}
+
+/// Inserts a particle of this band, if its block exists and is not after `last`, the last block that was swept.
+template <int Dim, class R>
+bool ParticleBody<Dim, R>::insert_if_swept(Sweep what, Band& band, const Block<Dim, R>& last, const Place<Dim>& cell, const R* fields) {
+  Block<Dim, R>* const block = blocks_->find(cell);
+  if (block == nullptr || block->key > last.key) return false;
+  const int lane = cell[0] % k_lanes<R>;
+  blocks_->insert(band, *block, lane, fields);
+  map_arrival(what, *block, lane, fields);
+  return true;
 }
 
 template <int Dim, class R>
@@ -208,6 +290,10 @@ void ParticleBody<Dim, R>::collect(Sweep what, const std::vector<BandReport>& re
         for (const R speed : report.context.speed_max[d]) speed_max_[d] = std::max(speed_max_[d], static_cast<Real>(speed));
       }
     }
+  }
+  if (moves(what)) {
+    moved_ = 0;
+    for (const BandReport& report : reports) moved_ += report.moved;
   }
   if (!updates_stress(what)) return;
   viscous_dissipation_ = 0;
@@ -336,6 +422,11 @@ Real ParticleBody<Dim, R>::stable_dt() const {
     }
   }
   return dt;
+}
+
+template <int Dim, class R>
+Occupancy ParticleBody<Dim, R>::occupancy() const {
+  return {blocks_->lane_count(), moved_, blocks_->count() * blocks_->layout().field_count * static_cast<Index>(sizeof(R))};
 }
 
 template class ParticleBody<2, double>;

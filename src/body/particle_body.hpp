@@ -27,6 +27,7 @@ class ParticleBody final : public Body<Dim> {
   std::vector<std::string> field_names() const override;
   Field field(const std::string& name, std::size_t body) const override;
   Index memory() const override { return blocks_->memory(); }
+  Occupancy occupancy() const override;
 
  private:
   using Blocks = CellBlocks<Dim, R>;
@@ -49,11 +50,21 @@ class ParticleBody final : public Body<Dim> {
   struct BandReport {
     Context context;
     BadPoint bad;
+    Index moved = 0;  ///< Particles that left their cells.
   };
 
   void seed(const BodySpec& spec, const std::string& where, Grid<Dim, R>& grid);
   Context make_context(Real dt, Real flip) const;
   void sweep_band(Sweep what, Band& band, BandReport& report);
+  /// Particles that wait, within their band, until the sweep has passed the block that they go to.
+  struct Waiting {
+    MovingParticles<Dim, R> row;    ///< In the plane that is being swept; 2D: in the band.
+    MovingParticles<Dim, R> plane;  ///< In later planes.
+  };
+  void insert_near(Sweep what, Waiting& waiting, Band& band, const Block<Dim, R>& block, std::size_t begin);
+  void insert_waiting(Sweep what, Waiting& waiting, Band& band, const Block<Dim, R>& last, const Block<Dim, R>& next);
+  void insert_swept(Sweep what, MovingParticles<Dim, R>& list, Band& band, const Block<Dim, R>& last);
+  bool insert_if_swept(Sweep what, Band& band, const Block<Dim, R>& last, const Place<Dim>& cell, const R* fields);
   void settle(Sweep what);
   void settle_band(Sweep what, const std::vector<std::pair<std::size_t, std::size_t>>& arrivals);
   void map_arrival(Sweep what, const Block<Dim, R>& block, int lane, const R* fields);
@@ -92,6 +103,7 @@ class ParticleBody final : public Body<Dim> {
   std::vector<std::vector<std::pair<std::size_t, std::size_t>>> arrivals_;  ///< Per band: (band, index) of the particles that come.
   Real viscous_dissipation_ = 0;
   BadPoint bad_point_;
+  Index moved_ = 0;
   Real speed_max_[Dim] = {};
   Real J_min_ = 1;
   Real J_max_ = 1;

@@ -225,6 +225,7 @@ void check_boundary(BoundarySpec& boundary, const Input& input, const ReadContex
 void check_solver(SolverSpec& solver, const Input& input, const ReadContext& context) {
   check_words({solver.type}, "type", {"explicit"}, input, context);
   check_words({solver.precision}, "precision", {"double", "single"}, input, context);
+  solver.mass_cutoff_place = at_key(input, solver.mass_cutoff ? "mass_cutoff" : "mass_cutoff_relative").place();
   if (solver.mass_cutoff && is_given(input, "mass_cutoff_relative")) {
     fail_input(at_key(input, "mass_cutoff_relative"), context, "mass_cutoff and mass_cutoff_relative are both given; give one of them");
   }

@@ -56,6 +56,7 @@ struct SolverSpec {
   Real damping = 0;
   Real mass_cutoff_relative = 1e-3;
   std::optional<Real> mass_cutoff;
+  std::string mass_cutoff_place;  ///< Where either of the two stands in the case file, for messages.
   std::string precision = "double";
   static void declare(ParameterTable<SolverSpec>& table);
 };

@@ -13,6 +13,15 @@ namespace {
 constexpr int k_bands_wanted = 64;
 constexpr int k_band_rows_max = 16;
 
+// The time in which so many tiles are worked is about that of a fetch from memory.
+constexpr std::size_t k_tiles_ahead = 3;
+
+template <class TileType>
+void prefetch(const TileType& tile) {
+  const char* const begin = reinterpret_cast<const char*>(&tile);
+  for (std::size_t byte = 0; byte < sizeof(TileType); byte += 64) __builtin_prefetch(begin + byte, 1);
+}
+
 }  // namespace
 
 template <int Dim, class R>
@@ -30,6 +39,14 @@ Grid<Dim, R>::Grid(const GridSpec& spec) {
   const int rows = cells_[Dim - 1];
   band_rows_ = std::clamp(rows / k_bands_wanted, 1, k_band_rows_max);
   bands_.resize(static_cast<std::size_t>((rows + band_rows_ - 1) / band_rows_));
+}
+
+template <int Dim, class R>
+Grid<Dim, R>::~Grid() {
+  for (Band& band : bands_) {
+    for (TileType* tile : band.tiles) tile->~TileType();
+    for (TileType* tile : band.unused) tile->~TileType();
+  }
 }
 
 template <int Dim, class R>
@@ -98,7 +115,7 @@ Tile<Dim, R>* Grid<Dim, R>::acquire(const Place<Dim>& node) {
   TileType*& tile = band.by_key[key_of(node)];
   if (tile == nullptr) {
     if (band.unused.empty()) {
-      tile = &band.storage.emplace_back();
+      tile = new (tiles_.take(sizeof(TileType))) TileType;
     } else {
       tile = band.unused.back();
       band.unused.pop_back();
@@ -188,7 +205,10 @@ void Grid<Dim, R>::advance(const KernelTable<Dim, R>& kernels, const NodalDynami
   std::vector<Ledger> books(bands_.size());
   const std::vector<Vec<Dim>> values = conditions_->velocities(t + dt);
   for_each_band([&](std::size_t b) {
-    for (TileType* tile : bands_[b].tiles) {
+    const std::vector<TileType*>& tiles = bands_[b].tiles;
+    for (std::size_t n = 0; n < tiles.size(); ++n) {
+      TileType* const tile = tiles[n];
+      prefetch(*tiles[std::min(n + k_tiles_ahead, tiles.size() - 1)]);
       kernels.advance(tile->values, dynamics, dt, tile->booked, sums[b]);
       if (!tile->components.empty() || !tile->normals.empty()) conditions_->constrain(*tile, dynamics, values, dt, books[b]);
       if (clear == Clear::all) std::memset(tile->values.mass, 0, sizeof tile->values.mass);
@@ -212,7 +232,10 @@ template <int Dim, class R>
 void Grid<Dim, R>::map_velocity(const KernelTable<Dim, R>& kernels, const NodalDynamics<Dim>& dynamics, Real t, ClearMapped clear) {
   const std::vector<Vec<Dim>> values = conditions_->velocities(t);
   for_each_band([&](std::size_t b) {
-    for (TileType* tile : bands_[b].tiles) {
+    const std::vector<TileType*>& tiles = bands_[b].tiles;
+    for (std::size_t n = 0; n < tiles.size(); ++n) {
+      TileType* const tile = tiles[n];
+      prefetch(*tiles[std::min(n + k_tiles_ahead, tiles.size() - 1)]);
       kernels.map_velocity(tile->values, dynamics);
       if (!tile->components.empty() || !tile->normals.empty()) conditions_->constrain_second(*tile, values);
       if (clear == ClearMapped::nothing) continue;
@@ -258,11 +281,12 @@ Index Grid<Dim, R>::tile_count() const {
 
 template <int Dim, class R>
 Index Grid<Dim, R>::memory() const {
-  Index tiles = 0;
-  for (const Band& band : bands_) tiles += static_cast<Index>(band.storage.size());
-  // A tile, its two places in lists, and its entry in the map with a link and a hash.
-  return tiles * static_cast<Index>(sizeof(TileType) + 2 * sizeof(void*) + 5 * sizeof(void*)) +
-         static_cast<Index>(bands_.size() * sizeof(Band));
+  auto bytes = static_cast<std::size_t>(tiles_.memory()) + bands_.size() * sizeof(Band);
+  // Beside the lists, an entry in the map has a link and a hash.
+  for (const Band& band : bands_) {
+    bytes += (band.tiles.capacity() + band.unused.capacity()) * sizeof(void*) + band.by_key.size() * 5 * sizeof(void*);
+  }
+  return static_cast<Index>(bytes);
 }
 
 template class Grid<2, double>;

@@ -6,11 +6,11 @@
 // bands can be worked side by side, then all odd ones, and every node gets its sums in one order.
 #pragma once
 
-#include <deque>
 #include <unordered_map>
 #include <vector>
 
 #include "case/case.hpp"
+#include "core/arena.hpp"
 #include "kernel/kernel.hpp"
 #include "solver/solver.hpp"
 
@@ -56,6 +56,7 @@ class Grid {
   using TileType = Tile<Dim, R>;
 
   explicit Grid(const GridSpec& spec);
+  ~Grid();
 
   /// Conditions for tiles that are made from now on; they must outlive the grid. To be called before any tile exists.
   void set_boundary_conditions(const BoundaryConditions<Dim, R>* conditions) { conditions_ = conditions; }
@@ -71,6 +72,8 @@ class Grid {
   Index node_count() const;
   Vec<Dim> node_position(const Place<Dim>& node) const;
 
+  /// Rows of cells in a band.
+  int band_rows() const { return band_rows_; }
   int band_count() const { return static_cast<int>(bands_.size()); }
   /// The band of a cell that is at `row` along the last axis.
   int band_of(int row) const { return row / band_rows_; }
@@ -102,7 +105,6 @@ class Grid {
   struct Band {
     std::vector<TileType*> tiles;  ///< In the order in which they were made.
     std::unordered_map<Index, TileType*> by_key;
-    std::deque<TileType> storage;
     std::vector<TileType*> unused;
   };
 
@@ -120,6 +122,7 @@ class Grid {
   bool is_periodic_[Dim];
   bool has_periodic_ = false;
   int band_rows_ = 1;
+  Arena tiles_;
   std::vector<Band> bands_;
   const BoundaryConditions<Dim, R>* conditions_ = nullptr;
 };

@@ -26,6 +26,21 @@ ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
   dynamics_.damping = problem.solver.damping;
   dynamics_.flip = problem.solver.flip;
   dynamics_.mass_cutoff = problem.solver.mass_cutoff.value_or(problem.solver.mass_cutoff_relative * smallest_mass);
+  check_cutoff(problem.solver, smallest_mass);
+}
+
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::check_cutoff(const SolverSpec& spec, Real smallest_mass) const {
+  Real total_mass = 0;
+  for (const auto& body : bodies_) total_mass += body->mass();
+  if (dynamics_.mass_cutoff <= total_mass) return;
+  const std::string key = spec.mass_cutoff
+                              ? fmt::format("mass_cutoff = {} kg", *spec.mass_cutoff)
+                              : fmt::format("mass_cutoff_relative = {} ({:.6g} kg)", spec.mass_cutoff_relative, dynamics_.mass_cutoff);
+  throw InputError(
+      "{}{}solver: {} is more than all bodies weigh, {:.6g} kg: no node would ever move; the smallest particle has {:.6g} kg, "
+      "and the cutoff should be far below that",
+      spec.mass_cutoff_place, spec.mass_cutoff_place.empty() ? "" : ": ", key, total_mass, smallest_mass);
 }
 
 // USL: stress last, from the velocities that moved the particles (Sulsky, Chen & Schreyer 1994, as in the thesis by Kamuth).
@@ -129,6 +144,18 @@ Index ExplicitSolver<Dim, R>::memory() const {
   Index bytes = grid_.memory();
   for (const auto& body : bodies_) bytes += body->memory();
   return bytes;
+}
+
+template <int Dim, class R>
+Occupancy ExplicitSolver<Dim, R>::occupancy() const {
+  Occupancy sum;
+  for (const auto& body : bodies_) {
+    const Occupancy one = body->occupancy();
+    sum.lanes += one.lanes;
+    sum.moved += one.moved;
+    sum.state_bytes += one.state_bytes;
+  }
+  return sum;
 }
 
 std::unique_ptr<Solver> make_solver(const Case& problem) {

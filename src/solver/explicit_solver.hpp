@@ -32,11 +32,13 @@ class ExplicitSolver final : public Solver {
   const Profile& profile() const override { return profile_; }
   Index node_count() const override { return grid_.node_count(); }
   Index memory() const override;
+  Occupancy occupancy() const override;
 
  private:
   void start();
   void sweep(const char* label, Sweep what, Real dt);
   void check_state(Real t);
+  void check_cutoff(const SolverSpec& spec, Real smallest_mass) const;
 
   Vec3 gravity_;
   StressOrder stress_order_;

@@ -41,6 +41,13 @@ struct Ledger {
   Real removed_energy = 0;       ///< Kinetic + strain + gravitational energy of the removed particles [J].
 };
 
+/// How the particles lie in memory: what the speed of a step depends on (docs/performance.md).
+struct Occupancy {
+  Index lanes = 0;        ///< Places for particles that a sweep works, empty ones too.
+  Index moved = 0;        ///< Particles that changed their cell in the last step.
+  Index state_bytes = 0;  ///< What all particles keep from one step to the next.
+};
+
 /// A particle that left the grid in the last step.
 struct Escape {
   std::size_t body = 0;
@@ -88,6 +95,7 @@ class Solver {
   virtual Index node_count() const = 0;
   /// Bytes of the particle and grid storage.
   virtual Index memory() const = 0;
+  virtual Occupancy occupancy() const = 0;
 };
 
 /// Makes the bodies' particles, checks that they fit the grid, and returns a solver ready for its first step. Throws InputError.

@@ -106,6 +106,7 @@ class FakeSolver : public Solver {
   const Profile& profile() const override { return profile_; }
   Index node_count() const override { return static_cast<Index>(geometry.nodes[0]) * geometry.nodes[1] * geometry.nodes[2]; }
   Index memory() const override { return 0; }
+  Occupancy occupancy() const override { return {}; }
 
   std::vector<FakeBody> bodies;
   GridGeometry geometry;
