@@ -17,6 +17,7 @@ struct Scene {
   std::array<int, 3> cells{1, 1, 1};                           ///< Cells per direction.
   std::array<std::vector<std::array<double, 3>>, 2> position;  ///< Of each body's particles [m].
   std::array<std::vector<std::array<double, 3>>, 2> velocity;  ///< [m/s]
+  bool is_at_rest = false;                                     ///< All velocities are zero.
   double volume = 0;                                           ///< Of one particle [m^3].
   double density = 0;                                          ///< [kg/m^3]
   double youngs_modulus = 0;                                   ///< [Pa]

@@ -115,6 +115,7 @@ Scene make_scene(const SceneSpec& spec) {
   const int dim = spec.dim;
   Scene scene;
   scene.dim = dim;
+  scene.is_at_rest = spec.is_at_rest;
   const int across = cells_across(dim, spec.particles);
   scene.cell_size = 1.0 / across;
   const std::array<int, 3> cells{2 * across, across, dim == 3 ? across : 1};
@@ -158,7 +159,7 @@ Case make_case(const Scene& scene, StressOrder order, const std::string& precisi
     spec.region = std::make_shared<EverywhereRegion>();
     Seeds seeds{scene.position[body], std::vector<Real>(scene.position[body].size(), scene.volume)};
     spec.layout = std::make_shared<SeedList>(std::move(seeds));
-    spec.velocity = std::make_shared<BodyVelocity>(body, scene.dim, scene.cell_size);
+    if (!scene.is_at_rest) spec.velocity = std::make_shared<BodyVelocity>(body, scene.dim, scene.cell_size);
     spec.material = material_registry().read(law.value_or(elastic), {scene.dim, "bench"}, "material");
     problem.bodies.push_back(std::move(spec));
   }

@@ -28,7 +28,7 @@ void prefetch_block(const Block<Dim, R>& block) {
 /// The upper rows of nodes: those below were used one row of blocks earlier.
 template <int Dim, class R>
 void prefetch_nodes(const Block<Dim, R>& block) {
-  for (int row = 1; row < k_rows<Dim>; ++row) prefetch_lines(&block.tiles[row][0]->values, sizeof(NodeValues<Dim, R>));
+  for (int row = 1; row < k_rows<Dim>; ++row) prefetch_lines(block.tiles[row][0], sizeof(Tile<Dim, R>));
 }
 
 /// Which sweeps move particles, and what those map.
@@ -170,7 +170,7 @@ void ParticleBody<Dim, R>::sweep(Sweep what, Real dt, Real flip) {
     reports_[b].context = context;
     reports_[b].bad = {};
     reports_[b].moved = 0;
-    sweep_band(what, blocks_->bands()[b], reports_[b]);
+    sweep_band(what, b, reports_[b]);
   });
   collect(what, reports_);
   if (!moves(what)) return;
@@ -182,7 +182,8 @@ void ParticleBody<Dim, R>::sweep(Sweep what, Real dt, Real flip) {
 }
 
 template <int Dim, class R>
-void ParticleBody<Dim, R>::sweep_band(Sweep what, Band& band, BandReport& report) {
+void ParticleBody<Dim, R>::sweep_band(Sweep what, std::size_t band_index, BandReport& report) {
+  Band& band = blocks_->bands()[band_index];
   const auto kernel = kernels_.sweeps[static_cast<int>(what)];
   const int field_count = blocks_->layout().field_count;
   blocks_->list_blocks(band);
@@ -197,10 +198,13 @@ void ParticleBody<Dim, R>::sweep_band(Sweep what, Band& band, BandReport& report
     const Block<Dim, R>& soon = *blocks[std::min(n + k_blocks_ahead, block_count - 1)];
     prefetch_nodes(soon);
     if (n > 0) insert_waiting(what, waiting, band, *blocks[n - 1], *block);
-    if (block->slot_count == 0) continue;
     for (int row = 0; row < k_rows<Dim>; ++row) {
-      for (int next = 0; next < 2; ++next) chunk.nodes[row][next] = &block->tiles[row][next]->values;
+      for (int next = 0; next < 2; ++next) {
+        grid_.prepare(*block->tiles[row][next], band_index);
+        chunk.nodes[row][next] = &block->tiles[row][next]->values;
+      }
     }
+    if (block->slot_count == 0) continue;
     movers.clear();
     for (int first = 0; first < block->slot_count; first += k_chunk_slots) {
       chunk.slot_count = std::min(k_chunk_slots, block->slot_count - first);
@@ -320,16 +324,19 @@ void ParticleBody<Dim, R>::settle(Sweep what) {
         arrivals_[static_cast<std::size_t>(grid_.band_of(leaving.targets[i].cell[Dim - 1]))].emplace_back(b, i);
     }
   }
-  for_each_band([&](std::size_t b) { settle_band(what, arrivals_[b]); });
+  for_each_band([&](std::size_t b) { settle_band(what, b, arrivals_[b]); });
   for (Band& band : bands) band.leaving.clear();
 }
 
 template <int Dim, class R>
-void ParticleBody<Dim, R>::settle_band(Sweep what, const std::vector<std::pair<std::size_t, std::size_t>>& arrivals) {
+void ParticleBody<Dim, R>::settle_band(Sweep what, std::size_t band, const std::vector<std::pair<std::size_t, std::size_t>>& arrivals) {
   for (const auto& [source, i] : arrivals) {
     const MovingParticles<Dim, R>& leaving = blocks_->bands()[source].leaving;
     const R* const fields = leaving.particle(i, blocks_->stride());
     const auto [block, lane] = blocks_->insert(leaving.targets[i].cell, fields);
+    for (const auto& row : block->tiles) {
+      for (Tile<Dim, R>* tile : row) grid_.prepare(*tile, band);
+    }
     map_arrival(what, *block, lane, fields);
   }
 }

@@ -55,7 +55,7 @@ class ParticleBody final : public Body<Dim> {
 
   void seed(const BodySpec& spec, const std::string& where, Grid<Dim, R>& grid);
   Context make_context(Real dt, Real flip) const;
-  void sweep_band(Sweep what, Band& band, BandReport& report);
+  void sweep_band(Sweep what, std::size_t band_index, BandReport& report);
   /// Particles that wait, within their band, until the sweep has passed the block that they go to.
   struct Waiting {
     MovingParticles<Dim, R> row;    ///< In the plane that is being swept; 2D: in the band.
@@ -66,7 +66,7 @@ class ParticleBody final : public Body<Dim> {
   void insert_swept(Sweep what, MovingParticles<Dim, R>& list, Band& band, const Block<Dim, R>& last);
   bool insert_if_swept(Sweep what, Band& band, const Block<Dim, R>& last, const Place<Dim>& cell, const R* fields);
   void settle(Sweep what);
-  void settle_band(Sweep what, const std::vector<std::pair<std::size_t, std::size_t>>& arrivals);
+  void settle_band(Sweep what, std::size_t band, const std::vector<std::pair<std::size_t, std::size_t>>& arrivals);
   void map_arrival(Sweep what, const Block<Dim, R>& block, int lane, const R* fields);
   void keep_outside(const MovingParticles<Dim, R>& leaving, std::size_t i);
   void collect(Sweep what, const std::vector<BandReport>& reports);

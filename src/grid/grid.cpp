@@ -13,15 +13,6 @@ namespace {
 constexpr int k_bands_wanted = 64;
 constexpr int k_band_rows_max = 16;
 
-// The time in which so many tiles are worked is about that of a fetch from memory.
-constexpr std::size_t k_tiles_ahead = 3;
-
-template <class TileType>
-void prefetch(const TileType& tile) {
-  const char* const begin = reinterpret_cast<const char*>(&tile);
-  for (std::size_t byte = 0; byte < sizeof(TileType); byte += 64) __builtin_prefetch(begin + byte, 1);
-}
-
 }  // namespace
 
 template <int Dim, class R>
@@ -91,6 +82,7 @@ void Grid<Dim, R>::set_up(TileType& tile, const Place<Dim>& node) const {
   tile.values = NodeValues<Dim, R>{};
   tile.first = node;
   tile.key = key_of(node);
+  tile.pass = pass_count_;  // there is nothing on it to work
   tile.user_count = 0;
   tile.components.clear();
   tile.normals.clear();
@@ -199,51 +191,49 @@ void Grid<Dim, R>::fold_periodic(Fold what) {
 }
 
 template <int Dim, class R>
-void Grid<Dim, R>::advance(const KernelTable<Dim, R>& kernels, const NodalDynamics<Dim>& dynamics, Real t, Real dt, Clear clear,
-                           Ledger& ledger) {
-  std::vector<NodalSums<Dim>> sums(bands_.size());
-  std::vector<Ledger> books(bands_.size());
-  const std::vector<Vec<Dim>> values = conditions_->velocities(t + dt);
-  for_each_band([&](std::size_t b) {
-    const std::vector<TileType*>& tiles = bands_[b].tiles;
-    for (std::size_t n = 0; n < tiles.size(); ++n) {
-      TileType* const tile = tiles[n];
-      prefetch(*tiles[std::min(n + k_tiles_ahead, tiles.size() - 1)]);
-      kernels.advance(tile->values, dynamics, dt, tile->booked, sums[b]);
-      if (!tile->components.empty() || !tile->normals.empty()) conditions_->constrain(*tile, dynamics, values, dt, books[b]);
-      if (clear == Clear::all) std::memset(tile->values.mass, 0, sizeof tile->values.mass);
-      std::memset(tile->values.momentum, 0, sizeof tile->values.momentum);
-      std::memset(tile->values.force, 0, sizeof tile->values.force);
-    }
-  });
-  // In the order of the bands: the same bits for any number of threads.
-  for (std::size_t b = 0; b < bands_.size(); ++b) {
-    ledger.damping_dissipation += sums[b].damping_dissipation + books[b].damping_dissipation;
-    ledger.boundary_work += books[b].boundary_work;
-    for (std::size_t d = 0; d < Dim; ++d) {
-      ledger.damping_impulse[d] += sums[b].damping_impulse[d] + books[b].damping_impulse[d];
-      ledger.cutoff_impulse[d] += sums[b].cutoff_impulse[d];
-      ledger.boundary_impulse[d] += books[b].boundary_impulse[d];
-    }
-  }
+void Grid<Dim, R>::start_pass(NodePass pass, const KernelTable<Dim, R>& kernels, const NodalDynamics<Dim>& dynamics, Real t, Real dt) {
+  pass_ = pass;
+  ++pass_count_;
+  kernels_ = &kernels;
+  dynamics_ = dynamics;
+  dt_ = dt;
+  boundary_velocities_ = conditions_->velocities(t);
+  sums_.assign(bands_.size(), {});
+  books_.assign(bands_.size(), {});
 }
 
 template <int Dim, class R>
-void Grid<Dim, R>::map_velocity(const KernelTable<Dim, R>& kernels, const NodalDynamics<Dim>& dynamics, Real t, ClearMapped clear) {
-  const std::vector<Vec<Dim>> values = conditions_->velocities(t);
+void Grid<Dim, R>::work_tile(TileType& tile, std::size_t band) {
+  tile.pass = pass_count_;
+  const bool is_constrained = !tile.components.empty() || !tile.normals.empty();
+  if (pass_ == NodePass::advance || pass_ == NodePass::advance_keep) {
+    kernels_->advance(tile.values, dynamics_, dt_, tile.booked, sums_[band]);
+    if (is_constrained) conditions_->constrain(tile, dynamics_, boundary_velocities_, dt_, books_[band]);
+  } else {
+    kernels_->map_velocity(tile.values, dynamics_);
+    if (is_constrained) conditions_->constrain_second(tile, boundary_velocities_);
+  }
+  if (pass_ == NodePass::velocity_keep) return;
+  if (pass_ != NodePass::advance_keep) std::memset(tile.values.mass, 0, sizeof tile.values.mass);
+  std::memset(tile.values.momentum, 0, sizeof tile.values.momentum);
+  std::memset(tile.values.force, 0, sizeof tile.values.force);
+}
+
+template <int Dim, class R>
+void Grid<Dim, R>::finish_pass(Ledger& ledger) {
   for_each_band([&](std::size_t b) {
-    const std::vector<TileType*>& tiles = bands_[b].tiles;
-    for (std::size_t n = 0; n < tiles.size(); ++n) {
-      TileType* const tile = tiles[n];
-      prefetch(*tiles[std::min(n + k_tiles_ahead, tiles.size() - 1)]);
-      kernels.map_velocity(tile->values, dynamics);
-      if (!tile->components.empty() || !tile->normals.empty()) conditions_->constrain_second(*tile, values);
-      if (clear == ClearMapped::nothing) continue;
-      std::memset(tile->values.mass, 0, sizeof tile->values.mass);
-      std::memset(tile->values.momentum, 0, sizeof tile->values.momentum);
-      std::memset(tile->values.force, 0, sizeof tile->values.force);
-    }
+    for (TileType* tile : bands_[b].tiles) prepare(*tile, b);
   });
+  // In the order of the bands: the same bits for any number of threads.
+  for (std::size_t b = 0; b < bands_.size(); ++b) {
+    ledger.damping_dissipation += sums_[b].damping_dissipation + books_[b].damping_dissipation;
+    ledger.boundary_work += books_[b].boundary_work;
+    for (std::size_t d = 0; d < Dim; ++d) {
+      ledger.damping_impulse[d] += sums_[b].damping_impulse[d] + books_[b].damping_impulse[d];
+      ledger.cutoff_impulse[d] += sums_[b].cutoff_impulse[d];
+      ledger.boundary_impulse[d] += books_[b].boundary_impulse[d];
+    }
+  }
 }
 
 template <int Dim, class R>

@@ -43,6 +43,7 @@ struct Tile {
   NodeValues<Dim, R> values{};
   Place<Dim> first{};  ///< The first node.
   Index key = 0;
+  Index pass = 0;      ///< The last pass over the nodes that has worked it.
   int user_count = 0;  ///< Blocks that touch it.
   bool is_at_periodic_side = false;
   std::vector<FixedComponent> components;
@@ -86,13 +87,21 @@ class Grid {
   /// Adds what periodic sides share; call after all bodies are mapped.
   enum class Fold { all, momentum, force };
   void fold_periodic(Fold what);
-  /// The momentum equation and the boundary conditions of t + dt, then clears what the next mapping sums (mass too, or only momentum
-  /// and force when the mass is needed for a second mapping).
-  enum class Clear { all, momentum_and_force };
-  void advance(const KernelTable<Dim, R>& kernels, const NodalDynamics<Dim>& dynamics, Real t, Real dt, Clear clear, Ledger& ledger);
-  /// Velocities p/m with the boundary values of time t into `second`, then clears as said.
-  enum class ClearMapped { all, nothing };
-  void map_velocity(const KernelTable<Dim, R>& kernels, const NodalDynamics<Dim>& dynamics, Real t, ClearMapped clear);
+  /// Starts a pass over the nodes. A tile is worked when a sweep first needs it (`prepare`), while it is in the cache, and at the
+  /// latest by `finish_pass`. `t`: time of the boundary values [s]; `dt` is for NodePass::advance.
+  enum class NodePass {
+    advance,       ///< The momentum equation and the boundary conditions; clears what the next mapping sums.
+    advance_keep,  ///< The same without clearing the mass, which a second mapping needs.
+    velocity,      ///< p/m with boundary values into `second`; clears mass, momentum and force.
+    velocity_keep  ///< The same without clearing.
+  };
+  void start_pass(NodePass pass, const KernelTable<Dim, R>& kernels, const NodalDynamics<Dim>& dynamics, Real t, Real dt);
+  /// Threads: as acquire; `band` is the one that the calling thread works.
+  void prepare(TileType& tile, std::size_t band) {
+    if (tile.pass != pass_count_) work_tile(tile, band);
+  }
+  /// Works the tiles that no sweep needed, and books the pass.
+  void finish_pass(Ledger& ledger);
   /// Clears everything that is summed.
   void clear();
 
@@ -114,6 +123,7 @@ class Grid {
   TileType* find(const Place<Dim>& node) const;
   template <class F>
   void for_each_band(F&& f);
+  void work_tile(TileType& tile, std::size_t band);
 
   Real lower_[Dim];
   Real upper_[Dim];
@@ -125,6 +135,16 @@ class Grid {
   Arena tiles_;
   std::vector<Band> bands_;
   const BoundaryConditions<Dim, R>* conditions_ = nullptr;
+
+  // The pass over the nodes that is under way, and its books, one per band.
+  NodePass pass_ = NodePass::advance;
+  Index pass_count_ = 0;
+  const KernelTable<Dim, R>* kernels_ = nullptr;
+  NodalDynamics<Dim> dynamics_;
+  Real dt_ = 0;
+  std::vector<Vec<Dim>> boundary_velocities_;
+  std::vector<NodalSums<Dim>> sums_;
+  std::vector<Ledger> books_;
 };
 
 }  // namespace matpoint

@@ -58,7 +58,8 @@ __attribute__((flatten)) void update_law(const void* law_pointer, LawChunk<R>& c
     P J_min = P::load(chunk.J_min + lane);
     P J_max = P::load(chunk.J_max + lane);
     P power_sum = zero;
-    for (int k = 0; k < chunk.slot_count; ++k) {
+    const int slot_count = slots_in_use(counts, chunk.slot_count);
+    for (int k = 0; k < slot_count; ++k) {
       R* const slot = chunk.slots[k] + lane;
       const Mask<R> live = counts > P(static_cast<double>(k));
       Kinematics<M> kinematics{M::identity(), M::zero(), chunk.dt};

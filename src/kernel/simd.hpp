@@ -110,6 +110,14 @@ MPM_INLINE bool any(Mask<R> mask) {
 #endif
 }
 
+/// How many of `slot_count` slots hold a particle in any lane of a pack of cells, given the cells' counts.
+template <class R>
+MPM_INLINE int slots_in_use(Pack<R> counts, int slot_count) {
+  R most = 0;
+  for (int i = 0; i < Pack<R>::k_width; ++i) most = counts.v[i] > most ? counts.v[i] : most;
+  return static_cast<int>(most) < slot_count ? static_cast<int>(most) : slot_count;
+}
+
 /// Lanes 1, 2, ... of `low`, then lane 0 of `high`.
 template <class R, int... I>
 MPM_INLINE Pack<R> shift_down(Pack<R> low, Pack<R> high, std::integer_sequence<int, I...>) {

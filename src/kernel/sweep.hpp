@@ -92,6 +92,14 @@ struct alignas(64) ChunkBuffers {
   R mass[k_chunk_slots][L];
 };
 
+/// Fetches slot k of the block that comes soon; all but the ids, which a sweep does not read.
+template <int Dim, class R>
+MPM_INLINE void prefetch_next(const SweepContext<Dim, R>& context, const SweepChunk<Dim, R>& chunk, int k) {
+  for (int f = 0; f < context.layout.field_count; ++f) {
+    if (f != context.layout.id) __builtin_prefetch(chunk.next_slots[k] + f * k_lanes<R>, 1);
+  }
+}
+
 /// Velocity, velocity gradient and position of the particles from the grid (docs/theory.md, step 4).
 template <Sweep S, int Dim, class R>
 MPM_INLINE void gather(SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk, ChunkBuffers<Dim, R>& buffers, int lane) {
@@ -117,11 +125,10 @@ MPM_INLINE void gather(SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk,
   }
   P speed_max[Dim];
   for (int d = 0; d < Dim; ++d) speed_max[d] = P::load(context.speed_max[d] + lane);
-  for (int k = 0; k < chunk.slot_count; ++k) {
+  const int slot_count = slots_in_use(counts, chunk.slot_count);
+  for (int k = 0; k < slot_count; ++k) {
     R* const slot = chunk.slots[k] + lane;
-    if (lane == 0) {
-      for (int f = 0; f < at.field_count; ++f) __builtin_prefetch(chunk.next_slots[k] + f * L, 1);
-    }
+    if (lane == 0) prefetch_next(context, chunk, k);
     const Mask<R> live = counts > P(static_cast<double>(k));
     P x[Dim];
     for (int d = 0; d < Dim; ++d) x[d] = P::load(slot + (at.x + d) * L);
@@ -163,6 +170,7 @@ MPM_INLINE void gather(SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk,
     }
   }
   for (int d = 0; d < Dim; ++d) speed_max[d].store(context.speed_max[d] + lane);
+  for (int k = slot_count; lane == 0 && k < chunk.slot_count; ++k) prefetch_next(context, chunk, k);
 }
 
 /// The mass of each particle that stays in its cell, 0 for empty lanes; stresses become V0 tau / h of the direction they act along.
@@ -187,7 +195,8 @@ MPM_INLINE void prepare_map(const SweepContext<Dim, R>& context, const SweepChun
   const P zero = P(0);
   const P one = P(1);
   const P counts = P::load(chunk.counts + lane);
-  for (int k = 0; k < chunk.slot_count; ++k) {
+  const int slot_count = slots_in_use(counts, chunk.slot_count);
+  for (int k = 0; k < slot_count; ++k) {
     const R* const slot = chunk.slots[k] + lane;
     Mask<R> stays = counts > P(static_cast<double>(k));
     if constexpr (Stages<S>::moves) {
@@ -236,12 +245,12 @@ MPM_INLINE void map_mass_and_momentum(const SweepContext<Dim, R>& context, Sweep
   using P = Pack<R>;
   constexpr int L = k_lanes<R>;
   const SlotLayout at = context.layout;
-  const int slot_count = chunk.slot_count;
   const P one = P(1);
   NodeSums<R> mass;
   NodeSums<R> momentum[Dim];
   for (int part = 0; part < NodeSums<R>::k_parts; ++part) {
     const int lane = part * P::k_width;
+    const int slot_count = slots_in_use(P::load(chunk.counts + lane), chunk.slot_count);
     P m_left = P(0), m_right = P(0);
     P p_left[Dim], p_right[Dim];
     for (int d = 0; d < Dim; ++d) p_left[d] = p_right[d] = P(0);
@@ -287,11 +296,11 @@ MPM_INLINE void map_force(const SweepContext<Dim, R>& context, SweepChunk<Dim, R
   constexpr double sign_y = row % 2 == 0 ? -1 : 1;
   constexpr double sign_z = row / 2 == 0 ? -1 : 1;
   const SlotLayout at = context.layout;
-  const int slot_count = chunk.slot_count;
   const P one = P(1);
   NodeSums<R> force[Dim];
   for (int part = 0; part < NodeSums<R>::k_parts; ++part) {
     const int lane = part * P::k_width;
+    const int slot_count = slots_in_use(P::load(chunk.counts + lane), chunk.slot_count);
     P left[Dim], right[Dim];
     for (int d = 0; d < Dim; ++d) left[d] = right[d] = P(0);
     for (int k = 0; k < slot_count; ++k) {

@@ -47,36 +47,30 @@ void ExplicitSolver<Dim, R>::check_cutoff(const SolverSpec& spec, Real smallest_
 // USF: stress first, from the velocities at the start of the step (Bardenhagen 2002).
 // MUSL: stress last, from the particles' new velocities mapped to the grid once more (Sulsky, Zhou & Schreyer 1995).
 //
-// The particles are mapped to the grid by the sweep that moved them, in the step before; start() does it for the first step.
+// The particles are mapped to the grid by the sweep that moved them, in the step before; start() does it for the first step. The nodes
+// are worked by the sweep, too, tile by tile, before it needs them: start_pass() says how.
 template <int Dim, class R>
 void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
-  using GridType = Grid<Dim, R>;
   if (!is_mapped_) start();
   // What leaves the grid in this step has been pulled for the whole of it.
   for (auto& body : bodies_) {
     for (std::size_t d = 0; d < Dim; ++d) ledger_.gravity_impulse[d] += body->mass() * dynamics_.gravity[d] * dt;
   }
+  using Pass = typename Grid<Dim, R>::NodePass;
   if (stress_order_ == StressOrder::usf) {
-    {
-      Stage stage(profile_, "grid");
-      grid_.map_velocity(kernels_, dynamics_, t, GridType::ClearMapped::nothing);
-    }
+    grid_.start_pass(Pass::velocity_keep, kernels_, dynamics_, t, dt);
     sweep("stress, p2g", Sweep::usf_stress, dt);
-  }
-  {
-    Stage stage(profile_, "grid");
-    const bool is_mass_kept = stress_order_ == StressOrder::musl;
-    grid_.advance(kernels_, dynamics_, t, dt, is_mass_kept ? GridType::Clear::momentum_and_force : GridType::Clear::all, ledger_);
-  }
-  if (stress_order_ == StressOrder::musl) {
+    grid_.start_pass(Pass::advance, kernels_, dynamics_, t + dt, dt);
+    sweep("g2p, p2g", Sweep::usf_velocity, dt);
+  } else if (stress_order_ == StressOrder::musl) {
+    grid_.start_pass(Pass::advance_keep, kernels_, dynamics_, t + dt, dt);
     sweep("g2p, p2g", Sweep::musl_velocity, dt);
-    Stage stage(profile_, "grid");
-    grid_.map_velocity(kernels_, dynamics_, t + dt, GridType::ClearMapped::all);
+    grid_.start_pass(Pass::velocity, kernels_, dynamics_, t + dt, dt);
+    sweep("gradient, stress, p2g", Sweep::musl_gradient, dt);
+  } else {
+    grid_.start_pass(Pass::advance, kernels_, dynamics_, t + dt, dt);
+    sweep("g2p, stress, p2g", Sweep::usl, dt);
   }
-  const Sweep last = stress_order_ == StressOrder::usl    ? Sweep::usl
-                     : stress_order_ == StressOrder::musl ? Sweep::musl_gradient
-                                                          : Sweep::usf_velocity;
-  sweep("g2p, stress, p2g", last, dt);
   {
     Stage stage(profile_, "check");
     for (auto& body : bodies_) ledger_.viscous_dissipation += body->viscous_dissipation();
@@ -87,14 +81,19 @@ void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
 template <int Dim, class R>
 void ExplicitSolver<Dim, R>::start() {
   grid_.clear();
+  grid_.start_pass(Grid<Dim, R>::NodePass::velocity_keep, kernels_, dynamics_, 0, 0);
   sweep("start", stress_order_ == StressOrder::usf ? Sweep::start_momentum : Sweep::start, 0);
   is_mapped_ = true;
 }
 
 template <int Dim, class R>
 void ExplicitSolver<Dim, R>::sweep(const char* label, Sweep what, Real dt) {
-  Stage stage(profile_, label);
-  for (auto& body : bodies_) body->sweep(what, dt, dynamics_.flip);
+  {
+    Stage stage(profile_, label);
+    for (auto& body : bodies_) body->sweep(what, dt, dynamics_.flip);
+  }
+  Stage stage(profile_, "grid");
+  grid_.finish_pass(ledger_);
   // What earlier sweeps of the step have mapped is folded already.
   using Fold = typename Grid<Dim, R>::Fold;
   grid_.fold_periodic(what == Sweep::usf_stress ? Fold::force : what == Sweep::musl_velocity ? Fold::momentum : Fold::all);
