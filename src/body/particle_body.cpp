@@ -13,8 +13,8 @@ namespace {
 constexpr int k_sweeps_between_prunes = 64;
 
 // How far ahead of the sweep a block's header and its particles are fetched: the one must be there when the other is asked for.
-constexpr std::size_t k_headers_ahead = 6;
-constexpr std::size_t k_blocks_ahead = 2;
+constexpr std::size_t k_headers_ahead = 7;
+constexpr std::size_t k_blocks_ahead = 3;
 
 void prefetch_lines(const void* begin, std::size_t bytes) {
   for (std::size_t byte = 0; byte < bytes; byte += 64) __builtin_prefetch(static_cast<const char*>(begin) + byte, 1);
