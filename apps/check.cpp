@@ -1,5 +1,7 @@
 // `matpoint check`. The whole output is a case file again: the resolved values, with everything else in comments.
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 
 #include "case/case_file.hpp"
@@ -10,28 +12,63 @@
 namespace matpoint {
 namespace {
 
+// The program itself and its libraries, as measured.
+constexpr Index k_program_bytes = 12'000'000;
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// What was measured on this machine, for the whole case.
 struct Calibration {
   double seconds_per_step = 0;
-  std::string failure;  ///< Why a step failed, or empty.
+  double seconds_per_history = 0;  ///< One row.
+  double seconds_per_fields = 0;   ///< Taking the fields of one time; they are written beside the run.
+  Index field_bytes = 0;           ///< Memory of the fields of one time.
+  std::string failure;             ///< Why a step failed, or empty.
 };
 
-/// Times a few steps. The outputs are not part of it.
-Calibration calibrate(Simulation& simulation) {
-  using Clock = std::chrono::steady_clock;
-  constexpr int k_steps_max = 200;
-  constexpr double k_seconds_max = 0.5;
+/// Whether the outputs of a case have this field.
+bool is_written(const OutputSpec& output, const std::string& name) {
+  return output.fields.empty() || std::find(output.fields.begin(), output.fields.end(), name) != output.fields.end();
+}
+
+void calibrate_outputs(const Simulation& simulation, Calibration& calibration) {
+  const Solver& solver = simulation.solver();
+  Clock::time_point start = Clock::now();
+  for (std::size_t b = 0; b < solver.body_count(); ++b) solver.totals(b);
+  calibration.seconds_per_history = seconds_since(start);
+  if (simulation.problem().output.formats.empty()) return;
+  start = Clock::now();
+  for (std::size_t b = 0; b < solver.body_count(); ++b) {
+    // Points, and three index lists of the file.
+    calibration.field_bytes += solver.particle_count(b) * 6 * static_cast<Index>(sizeof(Real));
+    for (const std::string& name : solver.field_names(b)) {
+      if (name != "position" && !is_written(simulation.problem().output, name)) continue;
+      const Field field = solver.field(b, name);
+      const int components = field.components == 2 ? 3 : field.components;
+      if (name != "position") calibration.field_bytes += field.count() * components * static_cast<Index>(sizeof(Real));
+    }
+  }
+  calibration.seconds_per_fields = seconds_since(start);
+}
+
+/// Times some steps, and the outputs.
+Calibration calibrate(Simulation& simulation, double steps_of_run) {
+  constexpr double k_seconds_max = 1;
   Calibration calibration;
   try {
     simulation.step();  // the first one pays for fresh memory
     int steps = 0;
     double seconds = 0;
     const Clock::time_point start = Clock::now();
-    while (steps < k_steps_max && seconds < k_seconds_max) {
+    while ((steps < steps_of_run || steps == 0) && seconds < k_seconds_max) {
       simulation.step();
       ++steps;
-      seconds = std::chrono::duration<double>(Clock::now() - start).count();
+      seconds = seconds_since(start);
     }
     calibration.seconds_per_step = seconds / steps;
+    calibrate_outputs(simulation, calibration);
   } catch (const SolverError& error) {
     calibration.failure = error.what();
   }
@@ -58,7 +95,6 @@ void print_sizes(const Simulation& simulation) {
   fmt::print("# nodes             {} ({}), cell size {:.6g} m\n", solver.node_count(),
              fmt::join(grid.nodes.begin(), grid.nodes.begin() + dim, " x "),
              fmt::join(grid.cell_size.begin(), grid.cell_size.begin() + dim, " x "));
-  fmt::print("# memory            {}\n", memory_text(solver.memory()));
 }
 
 }  // namespace
@@ -79,10 +115,23 @@ int check_command(const std::string& case_name, const std::vector<std::string>& 
              dt / stable);
   fmt::print("# steps             {}{:.0f} to t = {:.6g} s\n", is_fixed ? "" : "about ", steps, problem.time.end);
   std::fflush(stdout);
-  const Calibration calibration = calibrate(simulation);
+  const Index memory = simulation.solver().memory();
+  const Calibration calibration = calibrate(simulation, steps);
+  fmt::print("# memory            {} for particles and grid, {} at the most, when fields are written\n", memory_text(memory),
+             memory_text(memory + calibration.field_bytes + k_program_bytes));
   if (calibration.failure.empty()) {
-    fmt::print("# estimated time    {} on {} thread{}, without output\n", duration_text(steps * calibration.seconds_per_step),
-               thread_count(), thread_count() == 1 ? "" : "s");
+    const OutputSpec& output = problem.output;
+    const double end = problem.time.end;
+    const double rows = output.history_every ? end / *output.history_every : 200;
+    const double times = static_cast<double>(output.fields_at.size()) + (output.fields_every        ? end / *output.fields_every
+                                                                         : output.fields_at.empty() ? 50
+                                                                                                    : 0);
+    // No more outputs than steps, and one at the start and at the end.
+    const double output_seconds =
+        (std::min(rows, steps) + 1) * calibration.seconds_per_history + (std::min(times, steps) + 2) * calibration.seconds_per_fields;
+    fmt::print("# estimated time    {} on {} thread{}, of which {} for output\n",
+               duration_text(steps * calibration.seconds_per_step + output_seconds), thread_count(), thread_count() == 1 ? "" : "s",
+               duration_text(output_seconds));
   } else {
     fmt::print("# estimated time    unknown: the run fails soon after the start\n");
     print_warning(calibration.failure);

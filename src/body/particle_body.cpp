@@ -16,19 +16,28 @@ constexpr int k_sweeps_between_prunes = 64;
 constexpr std::size_t k_headers_ahead = 7;
 constexpr std::size_t k_blocks_ahead = 3;
 
-void prefetch_lines(const void* begin, std::size_t bytes) {
-  for (std::size_t byte = 0; byte < bytes; byte += 64) __builtin_prefetch(static_cast<const char*>(begin) + byte, 1);
+template <class T>
+FetchRun run_of(const T& object) {
+  const char* const begin = reinterpret_cast<const char*>(&object);
+  return {begin, begin + sizeof object};
 }
 
+/// What a sweep should fetch while it works other slots: `first` and the slots after it of a block that comes soon, the header of one
+/// that comes later, and the upper rows of nodes (those below were used one row of blocks earlier).
 template <int Dim, class R>
-void prefetch_block(const Block<Dim, R>& block) {
-  prefetch_lines(&block, sizeof block);
-}
-
-/// The upper rows of nodes: those below were used one row of blocks earlier.
-template <int Dim, class R>
-void prefetch_nodes(const Block<Dim, R>& block) {
-  for (int row = 1; row < k_rows<Dim>; ++row) prefetch_lines(block.tiles[row][0], sizeof(Tile<Dim, R>));
+void set_fetch(SweepChunk<Dim, R>& chunk, const Block<Dim, R>& soon, const Block<Dim, R>& later, int first, const SlotLayout& layout) {
+  int count = 0;
+  const int end = std::min(soon.slot_count, first + k_chunk_slots);
+  for (int k = first; k < end; ++k) {
+    // All but the ids, which a sweep does not read.
+    const char* const begin = reinterpret_cast<const char*>(soon.slot(k, layout.field_count));
+    chunk.fetch[count++] = {begin, begin + static_cast<std::size_t>(layout.id * k_lanes<R>) * sizeof(R)};
+  }
+  if (first == 0) {
+    for (int row = 1; row < k_rows<Dim>; ++row) chunk.fetch[count++] = run_of(*soon.tiles[row][0]);
+    chunk.fetch[count++] = run_of(later);
+  }
+  chunk.fetch_count = count;
 }
 
 /// Which sweeps move particles, and what those map.
@@ -42,8 +51,7 @@ SlotLayout make_layout(const Material& material, bool has_volumes) {
   layout.x = 0;
   layout.v = Dim;
   layout.F = 2 * Dim;
-  layout.id = 2 * Dim + Dim * Dim;
-  int next = layout.id + 1;
+  int next = layout.F + Dim * Dim;
   if (has_volumes) layout.volume = next++;
   if (material.is_rate_dependent()) {
     layout.tau = next;
@@ -54,6 +62,7 @@ SlotLayout make_layout(const Material& material, bool has_volumes) {
     layout.history_count = material.history_size();
     next += material.history_size();
   }
+  layout.id = next++;  // last: what comes before is fetched in one run
   layout.field_count = next;
   return layout;
 }
@@ -194,9 +203,8 @@ void ParticleBody<Dim, R>::sweep_band(Sweep what, std::size_t band_index, BandRe
   Waiting waiting;
   for (std::size_t n = 0; n < block_count; ++n) {
     Block<Dim, R>* const block = blocks[n];
-    prefetch_block(*blocks[std::min(n + k_headers_ahead, block_count - 1)]);
     const Block<Dim, R>& soon = *blocks[std::min(n + k_blocks_ahead, block_count - 1)];
-    prefetch_nodes(soon);
+    const Block<Dim, R>& later = *blocks[std::min(n + k_headers_ahead, block_count - 1)];
     if (n > 0) insert_waiting(what, waiting, band, *blocks[n - 1], *block);
     for (int row = 0; row < k_rows<Dim>; ++row) {
       for (int next = 0; next < 2; ++next) {
@@ -210,8 +218,8 @@ void ParticleBody<Dim, R>::sweep_band(Sweep what, std::size_t band_index, BandRe
       chunk.slot_count = std::min(k_chunk_slots, block->slot_count - first);
       for (int k = 0; k < chunk.slot_count; ++k) {
         chunk.slots[k] = block->slot(first + k, field_count);
-        chunk.next_slots[k] = first + k < soon.slot_count ? soon.slot(first + k, field_count) : chunk.slots[k];
       }
+      set_fetch(chunk, soon, later, first, blocks_->layout());
       for (int lane = 0; lane < k_lanes<R>; ++lane) chunk.counts[lane] = block->counts[lane] - static_cast<R>(first);
       kernel(report.context, chunk);
       for (int m = 0; m < chunk.mover_count; ++m) {

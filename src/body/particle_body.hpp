@@ -76,6 +76,9 @@ class ParticleBody final : public Body<Dim> {
 
   template <class F>
   void for_each_particle(F&& f) const;
+  /// The same on all threads: f must not touch what it touches for another particle.
+  template <class F>
+  void for_each_particle_in_parallel(F&& f) const;
   Particle particle_of(const Outside& outside) const { return {outside.fields.data(), 1, outside.position}; }
   Index id(const Particle& p) const { return id_from_bits(p.fields[blocks_->layout().id * p.stride]); }
   Vec3 velocity(const Particle& p) const;

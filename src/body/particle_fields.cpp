@@ -155,13 +155,25 @@ std::vector<std::int32_t> ParticleBody<Dim, R>::rows_of_ids() const {
 }
 
 template <int Dim, class R>
+template <class F>
+void ParticleBody<Dim, R>::for_each_particle_in_parallel(F&& f) const {
+  const std::vector<Band>& bands = blocks_->bands();
+  parallel_for(static_cast<Index>(bands.size()), blocks_->count(), [&](Index b) {
+    blocks_->for_each(bands[static_cast<std::size_t>(b)], [&](const R* fields, const Vec3& position) {
+      f(Particle{fields, k_lanes<R>, position});
+    });
+  });
+  for (const Outside& outside : outside_) f(particle_of(outside));
+}
+
+template <int Dim, class R>
 Field ParticleBody<Dim, R>::field(const std::string& name, std::size_t body) const {
   // Without removed particles an id is its own row.
   const std::vector<std::int32_t> rows = particle_count() == id_count_ ? std::vector<std::int32_t>{} : rows_of_ids();
   const auto gather = [&](const std::string& unit, std::size_t components, auto&& values_of) {
     Field field{name, unit, static_cast<int>(components), {}};
     field.values.resize(static_cast<std::size_t>(particle_count()) * components);
-    for_each_particle([&](const Particle& p) {
+    for_each_particle_in_parallel([&](const Particle& p) {
       const auto number = static_cast<std::size_t>(id(p));
       const std::size_t row = rows.empty() ? number : static_cast<std::size_t>(rows[number]);
       const auto values = values_of(p);

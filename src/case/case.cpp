@@ -452,6 +452,9 @@ void OutputSpec::declare(ParameterTable<OutputSpec>& table) {
   table.optional("fields", "1", &OutputSpec::fields, any_number(), "Fields to write; empty for all (`matpoint list fields`).");
   table.optional("grid", "1", &OutputSpec::grid, any_number(), "Whether the nodes' mass and velocity are written, too.");
   table.optional("precision", "1", &OutputSpec::precision, any_number(), "\"single\" or \"double\", of field files.");
+  table.optional("compression", "1", &OutputSpec::compression,
+                 Constraint{"an integer from 0 to 9", [](Real x) { return x >= 0 && x <= 9; }},
+                 "gzip level of VTKHDF files: 0 for none, 1 fast to 9 small.");
 }
 
 void ProbeSpec::declare(ParameterTable<ProbeSpec>& table) {

@@ -78,6 +78,7 @@ struct OutputSpec {
   std::vector<std::string> fields;  ///< Empty: all of the body's fields.
   bool grid = false;
   std::string precision = "single";
+  int compression = 0;  ///< Of VTKHDF files: gzip level, 0 for none.
   static void declare(ParameterTable<OutputSpec>& table);
 };
 

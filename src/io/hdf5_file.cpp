@@ -84,6 +84,11 @@ void make_dataset(hid_t file, const Hdf5Dataset& dataset, const std::filesystem:
   const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, path);
   const Handle link(H5Pcreate(H5P_LINK_CREATE), H5Pclose, path);
   check(H5Pset_chunk(creation, rank, chunk.data()), path);
+  if (dataset.compression > 0) {
+    // Bytes of equal rank side by side: numbers of one size have their first bytes in common.
+    check(H5Pset_shuffle(creation), path);
+    check(H5Pset_deflate(creation, static_cast<unsigned>(dataset.compression)), path);
+  }
   check(H5Pset_create_intermediate_group(link, 1), path);
   const Handle made(H5Dcreate2(file, dataset.name.c_str(), file_type(dataset.number), space, link, creation, H5P_DEFAULT), H5Dclose, path);
 }

@@ -26,6 +26,7 @@ struct Hdf5Dataset {
   Number number = Number::float64;
   std::vector<Index> row_shape;    ///< Shape of one row; empty for a list of numbers.
   std::vector<Index> chunk_shape;  ///< Of rows and of each dimension of a row.
+  int compression = 0;             ///< gzip level, 0 for none.
 };
 
 struct Hdf5Attribute {

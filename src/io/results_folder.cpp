@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <chrono>
 #include <set>
 
 namespace matpoint {
@@ -219,15 +220,17 @@ void ResultsFolder::make_writers(const Snapshot& start, const std::vector<ProbeT
   }
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const std::string& name = start.solver.body_name(b);
-    if (has_hdf) bodies_[b].hdf.emplace(path_ / (name + ".vtkhdf"), real);
+    if (has_hdf) bodies_[b].hdf.emplace(path_ / (name + ".vtkhdf"), real, output.compression);
     if (has_vtu) bodies_[b].vtu.emplace(path_, name, real);
   }
-  if (output.grid && has_hdf) grid_hdf_.emplace(path_ / "grid.vtkhdf", real, start.solver.grid(), dim);
+  if (output.grid && has_hdf) grid_hdf_.emplace(path_ / "grid.vtkhdf", real, start.solver.grid(), dim, output.compression);
   if (output.grid && has_vtu) grid_vtu_.emplace(path_, "grid", real, start.solver.grid());
 }
 
 void ResultsFolder::write_history(const Snapshot& now) {
   if (history_step_ == now.step) return;
+  // A disk that is full ends the run soon, and not when the next fields are due.
+  if (writing_.valid() && writing_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) wait();
   history_->write(now);
   for (const auto& probe : probes_) probe->write(now);
   history_step_ = now.step;
@@ -235,24 +238,40 @@ void ResultsFolder::write_history(const Snapshot& now) {
 }
 
 void ResultsFolder::write_fields(const Snapshot& now) {
-  if (fields_step_ == now.step) return;
+  if (taken_step_ == now.step) return;
+  wait();  // first: the fields of two times would need twice the memory
+  auto fields = std::make_shared<Fields>();
+  fields->step = now.step;
+  fields->time = now.time;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    if (!bodies_[b].hdf && !bodies_[b].vtu) continue;
-    const FieldSet particles = particles_of(now, b, bodies_[b].fields);
-    if (bodies_[b].hdf) bodies_[b].hdf->write(particles);
-    if (bodies_[b].vtu) bodies_[b].vtu->write(particles);
+    const bool is_wanted = bodies_[b].hdf || bodies_[b].vtu;
+    fields->particles.push_back(is_wanted ? particles_of(now, b, bodies_[b].fields) : FieldSet{});
   }
   if (grid_hdf_ || grid_vtu_) {
-    FieldSet nodes{now.time, {}, {}};
-    for (Field& field : now.solver.grid_fields()) nodes.fields.push_back(pad_vector(std::move(field)));
-    if (grid_hdf_) grid_hdf_->write(nodes);
-    if (grid_vtu_) grid_vtu_->write(nodes);
+    fields->nodes.emplace(FieldSet{now.time, {}, {}});
+    for (Field& field : now.solver.grid_fields()) fields->nodes->fields.push_back(pad_vector(std::move(field)));
   }
-  fields_step_ = now.step;
-  fields_time_ = now.time;
+  taken_step_ = now.step;
+  writing_ = std::async(std::launch::async, [this, fields] { append(*fields); });
+}
+
+void ResultsFolder::append(const Fields& fields) {
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (bodies_[b].hdf) bodies_[b].hdf->write(fields.particles[b]);
+    if (bodies_[b].vtu) bodies_[b].vtu->write(fields.particles[b]);
+  }
+  if (grid_hdf_) grid_hdf_->write(*fields.nodes);
+  if (grid_vtu_) grid_vtu_->write(*fields.nodes);
+  fields_step_ = fields.step;
+  fields_time_ = fields.time;
+}
+
+void ResultsFolder::wait() {
+  if (writing_.valid()) writing_.get();
 }
 
 void ResultsFolder::finish(const Snapshot& end, const std::string& status) {
+  wait();
   manifest_.status = status;
   manifest_.ended = time_stamp();
   write_manifest(end);
@@ -260,6 +279,8 @@ void ResultsFolder::finish(const Snapshot& end, const std::string& status) {
 
 void ResultsFolder::fail(const Snapshot& end, const std::string& message) noexcept {
   try {
+    if (writing_.valid()) writing_.wait();  // what can still be written
+    writing_ = {};                          // the caller has an error to report already
     manifest_.message = message;
     finish(end, "failed");
   } catch (const std::exception&) {
@@ -268,6 +289,7 @@ void ResultsFolder::fail(const Snapshot& end, const std::string& message) noexce
 }
 
 std::string ResultsFolder::last_written() const {
+  if (writing_.valid()) writing_.wait();
   if (history_step_ < 0 && fields_step_ < 0) return fmt::format("nothing in {}", path_.string());
   const auto part = [](const char* what, Index step, Real time) {
     return step < 0 ? fmt::format("no {}", what) : fmt::format("{} at t = {:.8g} s", what, time);

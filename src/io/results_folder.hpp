@@ -8,6 +8,7 @@
 // Everything is on its way to the disk when a call returns, so a run that is killed or fails leaves readable files.
 #pragma once
 
+#include <future>
 #include <memory>
 #include <optional>
 
@@ -38,8 +39,12 @@ class ResultsFolder {
   /// Appends to the history and the probes; does nothing if this step is there already. Throws SolverError.
   void write_history(const Snapshot& now);
 
-  /// Appends to the field files; does nothing if this step is there already. Throws SolverError.
+  /// Takes the fields and appends them to the files beside the run, which may go on; waits for the fields before these. Does nothing if
+  /// this step is there already. Throws SolverError, also for what went wrong with earlier fields.
   void write_fields(const Snapshot& now);
+
+  /// Comes back when all fields are in the files. Throws SolverError.
+  void wait();
 
   /// Rewrites the manifest with the way the run ended: "finished", "interrupted", ... Throws SolverError.
   void finish(const Snapshot& end, const std::string& status);
@@ -65,6 +70,14 @@ class ResultsFolder {
   void make_folder() const;
   void make_writers(const Snapshot& start, const std::vector<ProbeTarget>& targets);
   void write_manifest(const Snapshot& now) const;
+  /// All fields of one time.
+  struct Fields {
+    Index step = 0;
+    Real time = 0;
+    std::vector<FieldSet> particles;  ///< Per body.
+    std::optional<FieldSet> nodes;
+  };
+  void append(const Fields& fields);
 
   std::filesystem::path path_;
   ExistingFolder existing_;
@@ -78,6 +91,8 @@ class ResultsFolder {
   Index fields_step_ = -1;
   Real history_time_ = 0;
   Real fields_time_ = 0;
+  Index taken_step_ = -1;      ///< Of the fields that are in the files or on their way there.
+  std::future<void> writing_;  // last: what it writes with must outlive it
 };
 
 }  // namespace matpoint

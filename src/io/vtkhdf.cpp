@@ -79,8 +79,10 @@ void VtkHdfParticles::create(const FieldSet& first) {
       datasets_.back().row_shape = {field.components};
       datasets_.back().chunk_shape.push_back(field.components);
     }
+    datasets_.back().compression = compression_;
     datasets_.push_back(list(k_field_offsets + field.name, Number::int64, k_step_chunk));
   }
+  datasets_.front().compression = compression_;
   create_hdf5(path_, datasets_,
               {{"VTKHDF", "Version", std::vector<Index>{2, 0}}, {"VTKHDF", "Type", std::string("UnstructuredGrid")}, step_count(0)});
 }
@@ -142,6 +144,7 @@ void VtkHdfImage::create(const FieldSet& first) {
       dataset.row_shape.push_back(field.components);
       dataset.chunk_shape.push_back(field.components);
     }
+    dataset.compression = compression_;
     datasets_.push_back(dataset);
     datasets_.push_back(list(k_field_offsets + field.name, Number::int64, k_step_chunk));
   }

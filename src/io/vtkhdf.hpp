@@ -9,8 +9,9 @@ namespace matpoint {
 /// The particles of one body, as an unstructured grid of vertices.
 class VtkHdfParticles {
  public:
-  /// `real`: how real numbers are stored. The file is made by the first write.
-  VtkHdfParticles(std::filesystem::path path, Number real) : path_(std::move(path)), real_(real) {}
+  /// `real`: how real numbers are stored; `compression`: gzip level of the fields, 0 for none. The file is made by the first write.
+  VtkHdfParticles(std::filesystem::path path, Number real, int compression = 0)
+      : path_(std::move(path)), real_(real), compression_(compression) {}
 
   /// Appends one time. The number of particles may change from call to call, the fields may not. Throws SolverError, and what was
   /// written before stays readable.
@@ -21,6 +22,7 @@ class VtkHdfParticles {
 
   std::filesystem::path path_;
   Number real_;
+  int compression_;
   std::vector<Hdf5Dataset> datasets_;
   Index step_count_ = 0;
   Index point_count_ = 0;  ///< Points of all times so far.
@@ -33,8 +35,8 @@ class VtkHdfParticles {
 /// The nodes of the grid, as an image.
 class VtkHdfImage {
  public:
-  VtkHdfImage(std::filesystem::path path, Number real, const GridGeometry& grid, int dim)
-      : path_(std::move(path)), real_(real), grid_(grid), dim_(dim) {}
+  VtkHdfImage(std::filesystem::path path, Number real, const GridGeometry& grid, int dim, int compression = 0)
+      : path_(std::move(path)), real_(real), compression_(compression), grid_(grid), dim_(dim) {}
 
   /// Appends one time. Throws SolverError, and what was written before stays readable.
   void write(const FieldSet& nodes);
@@ -44,6 +46,7 @@ class VtkHdfImage {
 
   std::filesystem::path path_;
   Number real_;
+  int compression_;
   GridGeometry grid_;
   int dim_;
   std::vector<Hdf5Dataset> datasets_;

@@ -52,7 +52,7 @@ struct SlotLayout {
   int x = 0;        ///< dim fields, local coordinates.
   int v = 0;        ///< dim fields [m/s].
   int F = 0;        ///< dim x dim fields, row by row.
-  int id = 0;       ///< The id's bits.
+  int id = 0;       ///< The id's bits; the last field.
   int volume = -1;  ///< Reference volume [m^3], where it differs between particles.
   int tau = -1;     ///< Kirchhoff stress [Pa] of laws that depend on the rate.
   int history = -1;
@@ -102,12 +102,19 @@ struct Mover {
   R tau[6];
 };
 
+/// Memory that will be needed soon, in lines of 64 bytes.
+struct FetchRun {
+  const char* begin;
+  const char* end;
+};
+
 /// Some slots of a block, for a sweep.
 template <int Dim, class R>
 struct SweepChunk {
   int slot_count = 0;
   R* slots[k_chunk_slots] = {};
-  const R* next_slots[k_chunk_slots] = {};      ///< Slots of a block that comes soon, to be fetched into the cache.
+  FetchRun fetch[k_chunk_slots + k_rows<Dim>];  ///< Slots and tiles of a block that comes soon, and its header.
+  int fetch_count = 0;
   alignas(64) R counts[k_lanes<R>] = {};        ///< Per lane: slots below this hold a particle.
   NodeValues<Dim, R>* nodes[k_rows<Dim>][2];    ///< The block's tile and the next one, per row of nodes.
   Mover<R> movers[k_chunk_slots * k_lanes<R>];  ///< Out.

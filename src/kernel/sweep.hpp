@@ -92,17 +92,37 @@ struct alignas(64) ChunkBuffers {
   R mass[k_chunk_slots][L];
 };
 
-/// Fetches slot k of the block that comes soon; all but the ids, which a sweep does not read.
-template <int Dim, class R>
-MPM_INLINE void prefetch_next(const SweepContext<Dim, R>& context, const SweepChunk<Dim, R>& chunk, int k) {
-  for (int f = 0; f < context.layout.field_count; ++f) {
-    if (f != context.layout.id) __builtin_prefetch(chunk.next_slots[k] + f * k_lanes<R>, 1);
+/// Fetches what comes soon into the cache, a line with every slot of every loop: a core can wait for some twenty lines at once, and drops
+/// what a burst asks for beyond that.
+class FetchAhead {
+ public:
+  FetchAhead(const FetchRun* runs, int count) : run_(runs), runs_end_(runs + count) {}
+
+  MPM_INLINE void next() {
+    if (line_ == end_) [[unlikely]] {
+      if (run_ == runs_end_) return;
+      line_ = run_->begin;
+      end_ = run_->end;
+      ++run_;
+    }
+    __builtin_prefetch(line_, 1);
+    line_ += 64;
   }
-}
+  void rest() {
+    while (line_ != end_ || run_ != runs_end_) next();
+  }
+
+ private:
+  const FetchRun* run_;
+  const FetchRun* runs_end_;
+  const char* line_ = nullptr;
+  const char* end_ = nullptr;
+};
 
 /// Velocity, velocity gradient and position of the particles from the grid (docs/theory.md, step 4).
 template <Sweep S, int Dim, class R>
-MPM_INLINE void gather(SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk, ChunkBuffers<Dim, R>& buffers, int lane) {
+MPM_INLINE void gather(SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk, ChunkBuffers<Dim, R>& buffers, FetchAhead& ahead,
+                       int lane) {
   using P = Pack<R>;
   using Stage = Stages<S>;
   constexpr int L = k_lanes<R>;
@@ -128,7 +148,7 @@ MPM_INLINE void gather(SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk,
   const int slot_count = slots_in_use(counts, chunk.slot_count);
   for (int k = 0; k < slot_count; ++k) {
     R* const slot = chunk.slots[k] + lane;
-    if (lane == 0) prefetch_next(context, chunk, k);
+    ahead.next();
     const Mask<R> live = counts > P(static_cast<double>(k));
     P x[Dim];
     for (int d = 0; d < Dim; ++d) x[d] = P::load(slot + (at.x + d) * L);
@@ -170,7 +190,6 @@ MPM_INLINE void gather(SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk,
     }
   }
   for (int d = 0; d < Dim; ++d) speed_max[d].store(context.speed_max[d] + lane);
-  for (int k = slot_count; lane == 0 && k < chunk.slot_count; ++k) prefetch_next(context, chunk, k);
 }
 
 /// The mass of each particle that stays in its cell, 0 for empty lanes; stresses become V0 tau / h of the direction they act along.
@@ -188,7 +207,7 @@ struct alignas(64) MapBuffers {
 
 template <Sweep S, int Dim, class R>
 MPM_INLINE void prepare_map(const SweepContext<Dim, R>& context, const SweepChunk<Dim, R>& chunk, ChunkBuffers<Dim, R>& buffers,
-                            MapBuffers<Dim, R>& map, int lane) {
+                            MapBuffers<Dim, R>& map, FetchAhead& ahead, int lane) {
   using P = Pack<R>;
   constexpr int L = k_lanes<R>;
   const SlotLayout at = context.layout;
@@ -198,6 +217,7 @@ MPM_INLINE void prepare_map(const SweepContext<Dim, R>& context, const SweepChun
   const int slot_count = slots_in_use(counts, chunk.slot_count);
   for (int k = 0; k < slot_count; ++k) {
     const R* const slot = chunk.slots[k] + lane;
+    ahead.next();
     Mask<R> stays = counts > P(static_cast<double>(k));
     if constexpr (Stages<S>::moves) {
       for (int d = 0; d < Dim; ++d) {
@@ -241,7 +261,8 @@ struct NodeSums {
 
 /// m_i += N_i m_p, p_i += N_i m_p v_p for one row of nodes.
 template <Sweep S, int Dim, class R, int row>
-MPM_INLINE void map_mass_and_momentum(const SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk, const ChunkBuffers<Dim, R>& buffers) {
+MPM_INLINE void map_mass_and_momentum(const SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk, const ChunkBuffers<Dim, R>& buffers,
+                                      FetchAhead& ahead) {
   using P = Pack<R>;
   constexpr int L = k_lanes<R>;
   const SlotLayout at = context.layout;
@@ -256,6 +277,7 @@ MPM_INLINE void map_mass_and_momentum(const SweepContext<Dim, R>& context, Sweep
     for (int d = 0; d < Dim; ++d) p_left[d] = p_right[d] = P(0);
     for (int k = 0; k < slot_count; ++k) {
       const R* const slot = chunk.slots[k] + lane;
+      ahead.next();
       const P x = P::load(slot + at.x * L);
       const P y = P::load(slot + (at.x + 1) * L);
       P w = row % 2 == 0 ? one - y : y;
@@ -290,7 +312,8 @@ MPM_INLINE void map_mass_and_momentum(const SweepContext<Dim, R>& context, Sweep
 
 /// f_i -= V0 tau grad N_i for one row of nodes.
 template <int Dim, class R, int row>
-MPM_INLINE void map_force(const SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk, const MapBuffers<Dim, R>& map) {
+MPM_INLINE void map_force(const SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk, const MapBuffers<Dim, R>& map,
+                          FetchAhead& ahead) {
   using P = Pack<R>;
   constexpr int L = k_lanes<R>;
   constexpr double sign_y = row % 2 == 0 ? -1 : 1;
@@ -305,6 +328,7 @@ MPM_INLINE void map_force(const SweepContext<Dim, R>& context, SweepChunk<Dim, R
     for (int d = 0; d < Dim; ++d) left[d] = right[d] = P(0);
     for (int k = 0; k < slot_count; ++k) {
       const R* const slot = chunk.slots[k] + lane;
+      ahead.next();
       const P x = P::load(slot + at.x * L);
       const P y = P::load(slot + (at.x + 1) * L);
       const P wy = row % 2 == 0 ? one - y : y;
@@ -333,11 +357,11 @@ MPM_INLINE void map_force(const SweepContext<Dim, R>& context, SweepChunk<Dim, R
 
 template <Sweep S, int Dim, class R, int row = 0>
 MPM_INLINE void map_rows(const SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk, const ChunkBuffers<Dim, R>& buffers,
-                         const MapBuffers<Dim, R>& map) {
+                         const MapBuffers<Dim, R>& map, FetchAhead& ahead) {
   if constexpr (row < k_rows<Dim>) {
-    if constexpr (Stages<S>::maps_momentum) map_mass_and_momentum<S, Dim, R, row>(context, chunk, buffers);
-    if constexpr (Stages<S>::maps_force) map_force<Dim, R, row>(context, chunk, map);
-    map_rows<S, Dim, R, row + 1>(context, chunk, buffers, map);
+    if constexpr (Stages<S>::maps_momentum) map_mass_and_momentum<S, Dim, R, row>(context, chunk, buffers, ahead);
+    if constexpr (Stages<S>::maps_force) map_force<Dim, R, row>(context, chunk, map, ahead);
+    map_rows<S, Dim, R, row + 1>(context, chunk, buffers, map, ahead);
   }
 }
 
@@ -375,14 +399,16 @@ __attribute__((flatten)) void sweep_chunk(SweepContext<Dim, R>& context, SweepCh
   using P = Pack<R>;
   ChunkBuffers<Dim, R> buffers;
   MapBuffers<Dim, R> map;
+  FetchAhead ahead(chunk.fetch, chunk.fetch_count);
   chunk.mover_count = 0;
   chunk.bad_slot = -1;
   if constexpr (Stages<S>::gathers) {
-    for (int lane = 0; lane < k_lanes<R>; lane += P::k_width) gather<S>(context, chunk, buffers, lane);
+    for (int lane = 0; lane < k_lanes<R>; lane += P::k_width) gather<S>(context, chunk, buffers, ahead, lane);
   }
   if constexpr (Stages<S>::has_law) update_stress<S>(context, chunk, buffers);
-  for (int lane = 0; lane < k_lanes<R>; lane += P::k_width) prepare_map<S>(context, chunk, buffers, map, lane);
-  map_rows<S, Dim, R>(context, chunk, buffers, map);
+  for (int lane = 0; lane < k_lanes<R>; lane += P::k_width) prepare_map<S>(context, chunk, buffers, map, ahead, lane);
+  map_rows<S, Dim, R>(context, chunk, buffers, map, ahead);
+  ahead.rest();
   if constexpr (Stages<S>::moves && Stages<S>::has_law) {
     for (int m = 0; m < chunk.mover_count; ++m) {
       Mover<R>& mover = chunk.movers[m];

@@ -185,6 +185,12 @@ INSTANTIATE_TEST_SUITE_P(
         WrongInput{
             "fields_at_after_the_end", "[0.005]", "[0.005, 0.02]", {"output: fields_at: 0.02 s is after the end of the run, 0.01 s"}},
         WrongInput{"fields_at_negative", "[0.005]", "[-1]", {"output: fields_at[0] = -1 is not allowed, it must be >= 0"}},
+        WrongInput{"compression_above_9",
+                   "precision = \"single\"",
+                   "compression = 10",
+                   {"output: compression = 10 is not allowed, it must be an integer from 0 to 9"}},
+        WrongInput{
+            "compression_fraction", "precision = \"single\"", "compression = 1.5", {"output: compression must be an integer, got 1.5"}},
         WrongInput{"history_every_zero",
                    "precision",
                    "history_every = 0\nprecision",

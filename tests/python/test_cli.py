@@ -343,6 +343,14 @@ def test_wrong_cases_are_refused_by_run_and_check_alike(matpoint, case, tmp_path
     assert sorted(p.name for p in tmp_path.iterdir()) == ["fall.toml"]
 
 
+def test_bench_hands_over_to_the_benchmark(matpoint):
+    listed = matpoint("bench", "--list")
+    assert listed.returncode == 0, listed.stderr
+    assert "schemes" in listed.stdout and "landslide" in listed.stdout
+    wrong = matpoint("bench", "no_such_scenario")
+    assert wrong.returncode == 2 and "no_such_scenario" in wrong.stderr and "schemes" in wrong.stderr
+
+
 # --- check, list, explain, version ---------------------------------------------------------------------------------
 
 
@@ -353,8 +361,8 @@ def test_check_says_sizes_steps_and_time_and_writes_nothing(matpoint, case, tmp_
     assert "# particles         32 (block 32)\n" in done.stdout
     assert "# nodes             81 (9 x 9), cell size 0.125 x 0.125 m\n" in done.stdout
     assert "# steps             500 to t = 0.05 s\n" in done.stdout
-    assert re.search(r"^# memory +[\d.]+ [kMG]B$", done.stdout, re.M)
-    assert re.search(r"^# estimated time +[\d.]+ s on \d+ threads?, without output$", done.stdout, re.M)
+    assert re.search(r"^# memory +[\d.]+ [kMG]B for particles and grid, [\d.]+ [kMG]B at the most, when fields are written$", done.stdout, re.M)
+    assert re.search(r"^# estimated time +[\d.]+ s on \d+ threads?, of which [\d.]+ s for output$", done.stdout, re.M)
     # Dilational waves: c^2 = (lambda + 2 mu) / rho = E (1 - nu) / ((1 + nu) (1 - 2 nu)) / rho.
     speed = np.sqrt(1e5 * 0.7 / (1.3 * 0.4) / 1000)
     stable = float(re.search(r"^# stable time step +(\S+) s", done.stdout, re.M)[1])

@@ -67,7 +67,7 @@ def points(data_set):
 @pytest.fixture(scope="module")
 def results(program, tmp_path_factory):
     folder = tmp_path_factory.mktemp("results") / "disks"
-    sets = [f"time.end={END}", "output.fields_every=0.002", "output.history_every=0.001", "output.grid=true", 'output.formats=["vtkhdf", "vtu"]']
+    sets = [f"time.end={END}", "output.fields_every=0.002", "output.history_every=0.001", "output.grid=true", "output.compression=1", 'output.formats=["vtkhdf", "vtu"]']
     command = [program, "run", "disks", "--out", str(folder)]
     for assignment in sets:
         command += ["--set", assignment]

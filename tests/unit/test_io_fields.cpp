@@ -157,6 +157,23 @@ TEST(VtkHdf, many_times_of_a_small_body_stay_small_and_readable) {
   EXPECT_LT(std::filesystem::file_size(path), 300000u);
 }
 
+TEST(VtkHdf, compression_keeps_every_bit_and_saves_room) {
+  const TemporaryFolder folder;
+  const auto plain_path = folder.path() / "plain.vtkhdf";
+  const auto small_path = folder.path() / "small.vtkhdf";
+  VtkHdfParticles plain(plain_path, Number::float64);
+  VtkHdfParticles small(small_path, Number::float64, 4);
+  for (int k = 0; k < 5; ++k) {
+    plain.write(make_particles(1000, k));
+    small.write(make_particles(1000, k));
+  }
+  for (const char* name : {"VTKHDF/Points", "VTKHDF/PointData/velocity", "VTKHDF/PointData/id"}) {
+    EXPECT_EQ(read_hdf5(small_path, name), read_hdf5(plain_path, name)) << name;
+  }
+  // The test's numbers are regular: a third is little to ask.
+  EXPECT_LT(3 * std::filesystem::file_size(small_path), std::filesystem::file_size(plain_path));
+}
+
 TEST(VtkHdf, missing_file_is_a_solver_error) {
   const TemporaryFolder folder;
   const auto path = folder.path() / "body.vtkhdf";

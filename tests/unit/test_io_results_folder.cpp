@@ -209,11 +209,16 @@ TEST_F(ResultsFolderTest, disk_that_fills_up_is_a_solver_error_and_the_rest_stay
   results.begin(at(problem, solver, 0), 1);
   results.write_history(at(problem, solver, 0));
   results.write_fields(at(problem, solver, 0));
+  results.wait();
   const std::string history = read_text(path / "history.csv");
   const FileSizeLimit limit(history.size() + 10);
   EXPECT_EQ(message_of<SolverError>([&] { results.write_history(at(problem, solver, 1)); }),
             "cannot write \"" + (path / "history.csv").string() + "\": File too large");
-  EXPECT_THAT(message_of<SolverError>([&] { results.write_fields(at(problem, solver, 1)); }), HasSubstr("left.vtkhdf\": File too large"));
+  results.write_fields(at(problem, solver, 1));
+  EXPECT_THAT(message_of<SolverError>([&] { results.wait(); }), HasSubstr("left.vtkhdf\": File too large"));
+  results.write_fields(at(problem, solver, 2));
+  EXPECT_THAT(message_of<SolverError>([&] { results.finish(at(problem, solver, 2), "finished"); }), HasSubstr("File too large"))
+      << "an error of the last fields must not be lost";
   results.fail(at(problem, solver, 1), "disk full");
   EXPECT_EQ(read_text(path / "history.csv"), history);
   EXPECT_EQ(results.last_written(), "history at t = 0 s, fields at t = 0 s in " + path.string());
