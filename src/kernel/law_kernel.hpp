@@ -21,8 +21,7 @@ MPM_INLINE Mat3<Pack<R>, is_plane> evaluate(const Law& law, const Kinematics<Mat
     using ScalarHistory = typename LawHistory<Law, Real>::Type;
     constexpr int history_count = k_history_size<Law>;
     Mat3<Pack<R>, is_plane> tau = Mat3<Pack<R>, is_plane>::zero();
-    Pack<R> history[history_count + 1];
-    for (Pack<R>& value : history) value = Pack<R>(0);
+    Pack<R> history[history_count + 1] = {};
     for (int i = 0; i < Pack<R>::k_width; ++i) {
       Kinematics<M> one{M::identity(), M::zero(), k.dt};
       for (int e = 0; e < M::k_size; ++e) {

@@ -77,7 +77,7 @@ def test_run_writes_results_and_says_where_and_what_next(matpoint, program, case
     assert "results: results/fall\n" in done.stdout
     assert f"next:    {program} plot results/fall\n" in done.stdout
     assert "100 steps to t = 0.01 s" in done.stdout and "particle-updates/s" in done.stdout
-    for stage in ("g2p, p2g", "g2p, stress, p2g", "grid", "output, rest", "all"):
+    for stage in ("g2p, p2g", "gradient, stress, p2g", "grid", "output, rest", "all"):
         assert re.search(rf"^  {stage} +[\d.]+ +[\d.]+ +[\d.]+$", done.stdout, re.M), stage
     rows = history(folder)
     # 8 cells of 4 particles and 1000 kg/m^3 on 1/8 m^2; the block falls freely: 0.01 s of 10 m/s^2. Round-off of 100 steps.
@@ -361,7 +361,7 @@ def test_check_says_sizes_steps_and_time_and_writes_nothing(matpoint, case, tmp_
     assert "# particles         32 (block 32)\n" in done.stdout
     assert "# nodes             81 (9 x 9), cell size 0.125 x 0.125 m\n" in done.stdout
     assert "# steps             500 to t = 0.05 s\n" in done.stdout
-    assert re.search(r"^# memory +[\d.]+ [kMG]B for particles and grid, [\d.]+ [kMG]B at the most, when fields are written$", done.stdout, re.M)
+    assert re.search(r"^# memory +[\d.]+ [kMG]B for particles and grid, [\d.]+ [kMG]B at the most \(start, output\)$", done.stdout, re.M)
     assert re.search(r"^# estimated time +[\d.]+ s on \d+ threads?, of which [\d.]+ s for output$", done.stdout, re.M)
     # Dilational waves: c^2 = (lambda + 2 mu) / rho = E (1 - nu) / ((1 + nu) (1 - 2 nu)) / rho.
     speed = np.sqrt(1e5 * 0.7 / (1.3 * 0.4) / 1000)
