@@ -22,16 +22,23 @@ FetchRun run_of(const T& object) {
   return {begin, begin + sizeof object};
 }
 
+/// Which sweeps move particles, and what those map.
+bool moves(Sweep what) { return what == Sweep::usl || what == Sweep::musl_gradient || what == Sweep::usf_velocity; }
+bool updates_stress(Sweep what) { return what == Sweep::usl || what == Sweep::musl_gradient || what == Sweep::usf_stress; }
+bool updates_velocity(Sweep what) { return what == Sweep::usl || what == Sweep::musl_velocity || what == Sweep::usf_velocity; }
+
 /// What a sweep should fetch while it works other slots: `first` and the slots after it of a block that comes soon, the header of one
 /// that comes later, and the upper rows of nodes (those below were used one row of blocks earlier).
 template <int Dim, class R>
-void set_fetch(SweepChunk<Dim, R>& chunk, const Block<Dim, R>& soon, const Block<Dim, R>& later, int first, const SlotLayout& layout) {
+void set_fetch(Sweep what, SweepChunk<Dim, R>& chunk, const Block<Dim, R>& soon, const Block<Dim, R>& later, int first,
+               const SlotLayout& layout) {
   int count = 0;
   const int end = std::min(soon.slot_count, first + k_chunk_slots);
+  // No sweep reads the ids, which are the last field; without a law x and v are enough, unless volumes differ.
+  const int fields = updates_stress(what) || layout.volume >= 0 ? layout.id : layout.F;
   for (int k = first; k < end; ++k) {
-    // All but the ids, which a sweep does not read.
     const char* const begin = reinterpret_cast<const char*>(soon.slot(k, layout.field_count));
-    chunk.fetch[count++] = {begin, begin + static_cast<std::size_t>(layout.id * k_lanes<R>) * sizeof(R)};
+    chunk.fetch[count++] = {begin, begin + static_cast<std::size_t>(fields * k_lanes<R>) * sizeof(R)};
   }
   if (first == 0) {
     for (int row = 1; row < k_rows<Dim>; ++row) chunk.fetch[count++] = run_of(*soon.tiles[row][0]);
@@ -39,11 +46,6 @@ void set_fetch(SweepChunk<Dim, R>& chunk, const Block<Dim, R>& soon, const Block
   }
   chunk.fetch_count = count;
 }
-
-/// Which sweeps move particles, and what those map.
-bool moves(Sweep what) { return what == Sweep::usl || what == Sweep::musl_gradient || what == Sweep::usf_velocity; }
-bool updates_stress(Sweep what) { return what == Sweep::usl || what == Sweep::musl_gradient || what == Sweep::usf_stress; }
-bool updates_velocity(Sweep what) { return what == Sweep::usl || what == Sweep::musl_velocity || what == Sweep::usf_velocity; }
 
 template <int Dim>
 SlotLayout make_layout(const Material& material, bool has_volumes) {
@@ -216,10 +218,8 @@ void ParticleBody<Dim, R>::sweep_band(Sweep what, std::size_t band_index, BandRe
     movers.clear();
     for (int first = 0; first < block->slot_count; first += k_chunk_slots) {
       chunk.slot_count = std::min(k_chunk_slots, block->slot_count - first);
-      for (int k = 0; k < chunk.slot_count; ++k) {
-        chunk.slots[k] = block->slot(first + k, field_count);
-      }
-      set_fetch(chunk, soon, later, first, blocks_->layout());
+      for (int k = 0; k < chunk.slot_count; ++k) chunk.slots[k] = block->slot(first + k, field_count);
+      set_fetch(what, chunk, soon, later, first, blocks_->layout());
       for (int lane = 0; lane < k_lanes<R>; ++lane) chunk.counts[lane] = block->counts[lane] - static_cast<R>(first);
       kernel(report.context, chunk);
       for (int m = 0; m < chunk.mover_count; ++m) {
