@@ -173,7 +173,7 @@ cells = [{0}, {1}]
 end = 1000
 [[body]]
 name = "slide"
-region = {{ type = "polygon", points = [[32, {2}], [{3}, 10], [{3}, 30], [32, {4}]] }}
+region = {{ type = "polygon", vertices = [[32, {2}], [{3}, 10], [{3}, 30], [32, {4}]] }}
 layout = {{ type = "per_cell", count = 4 }}
 material = {{ type = "newtonian_fluid", density = 2000, pressure_scale = 1e6, gamma = 7, viscosity = 1e4 }}
 velocity = {{ type = "uniform", value = [9, -3] }}
