@@ -25,6 +25,8 @@ template <class R>
 struct Mask {
   using Integer = std::conditional_t<sizeof(R) == 8, std::int64_t, std::int32_t>;
   typedef Integer Native __attribute__((vector_size(MPM_SIMD_BYTES)));
+  /// For arithmetic on the bits of numbers: the bits of a nan may overflow, which only unsigned integers are allowed to do.
+  typedef std::make_unsigned_t<Integer> Bits __attribute__((vector_size(MPM_SIMD_BYTES)));
   Native v;
 
   MPM_INLINE friend Mask operator&(Mask a, Mask b) { return {a.v & b.v}; }
@@ -138,23 +140,22 @@ MPM_INLINE Pack<R> shift_up(Pack<R> low, Pack<R> high) {
 }
 
 /// Whole numbers as reals: exact for |i| < 2^51 (2^22 in single precision). Adding the magic number puts i into the mantissa.
-MPM_INLINE Pack<double> to_real(Mask<double>::Native i) {
-  const auto bits = i + 0x4338000000000000ll;
+MPM_INLINE Pack<double> to_real(Mask<double>::Bits i) {
+  const auto bits = i + 0x4338000000000000ull;
   return (Pack<double>::Native)(bits)-0x1.8p52;
 }
-MPM_INLINE Pack<float> to_real(Mask<float>::Native i) {
-  const auto bits = i + 0x4b400000;
+MPM_INLINE Pack<float> to_real(Mask<float>::Bits i) {
+  const auto bits = i + 0x4b400000u;
   return (Pack<float>::Native)(bits)-0x1.8p23f;
 }
 
 /// ln x for normal x > 0, within 2 units in the last place: x = 2^k m with m in [sqrt(1/2), sqrt(2)), ln m = 2 artanh((m - 1)/(m + 1)).
 MPM_INLINE Pack<double> log(Pack<double> x) {
   using P = Pack<double>;
-  const auto bits = (Mask<double>::Native)(x.v);
+  const auto bits = (Mask<double>::Bits)(x.v);
   // Shifted without sign and with a bias: an arithmetic shift of 64-bit integers is slow below AVX-512.
-  typedef std::uint64_t Unsigned __attribute__((vector_size(MPM_SIMD_BYTES)));
-  const auto biased = bits - 0x3fe6a09e667f3bcdll + 0x4000000000000000ll;
-  const auto k = (Mask<double>::Native)((Unsigned)biased >> 52) - 1024;
+  const auto biased = bits - 0x3fe6a09e667f3bcdull + 0x4000000000000000ull;
+  const auto k = (biased >> 52) - 1024;
   const auto m_bits = bits - (k << 52);
   const P m = (P::Native)(m_bits);
   const P f = m - P(1);
@@ -173,8 +174,8 @@ MPM_INLINE Pack<double> log(Pack<double> x) {
 }
 MPM_INLINE Pack<float> log(Pack<float> x) {
   using P = Pack<float>;
-  const auto bits = (Mask<float>::Native)(x.v);
-  const auto k = (bits - 0x3f3504f3) >> 23;
+  const auto bits = (Mask<float>::Bits)(x.v);
+  const auto k = (Mask<float>::Bits)((Mask<float>::Native)(bits - 0x3f3504f3u) >> 23);
   const auto m_bits = bits - (k << 23);
   const P m = (P::Native)(m_bits);
   const P f = m - P(1);
@@ -195,7 +196,7 @@ MPM_INLINE Pack<double> exp(Pack<double> x) {
   P sum = P(1.0 / 6227020800);
   const double factorials[] = {479001600, 39916800, 3628800, 362880, 40320, 5040, 720, 120, 24, 6, 2, 1, 1};
   for (const double factorial : factorials) sum = sum * r + P(1 / factorial);
-  const auto bits = (Mask<double>::Native)(sum.v) + ((Mask<double>::Native)(shifted.v) << 52);
+  const auto bits = (Mask<double>::Bits)(sum.v) + ((Mask<double>::Bits)(shifted.v) << 52);
   return (P::Native)(bits);
 }
 MPM_INLINE Pack<float> exp(Pack<float> x) {
@@ -207,7 +208,7 @@ MPM_INLINE Pack<float> exp(Pack<float> x) {
   P sum = P(1.0 / 5040);
   const double factorials[] = {720, 120, 24, 6, 2, 1, 1};
   for (const double factorial : factorials) sum = sum * r + P(1 / factorial);
-  const auto bits = (Mask<float>::Native)(sum.v) + ((Mask<float>::Native)(shifted.v) << 23);
+  const auto bits = (Mask<float>::Bits)(sum.v) + ((Mask<float>::Bits)(shifted.v) << 23);
   return (P::Native)(bits);
 }
 

@@ -277,7 +277,7 @@ MPM_INLINE void map_mass_and_momentum(const SweepContext<Dim, R>& context, Sweep
     for (int d = 0; d < Dim; ++d) p_left[d] = p_right[d] = P(0);
     for (int k = 0; k < slot_count; ++k) {
       const R* const slot = chunk.slots[k] + lane;
-      ahead.next();
+      if (part == 0) ahead.next();
       const P x = P::load(slot + at.x * L);
       const P y = P::load(slot + (at.x + 1) * L);
       P w = row % 2 == 0 ? one - y : y;
@@ -328,7 +328,7 @@ MPM_INLINE void map_force(const SweepContext<Dim, R>& context, SweepChunk<Dim, R
     for (int d = 0; d < Dim; ++d) left[d] = right[d] = P(0);
     for (int k = 0; k < slot_count; ++k) {
       const R* const slot = chunk.slots[k] + lane;
-      ahead.next();
+      if (part == 0) ahead.next();
       const P x = P::load(slot + at.x * L);
       const P y = P::load(slot + (at.x + 1) * L);
       const P wy = row % 2 == 0 ? one - y : y;
