@@ -477,7 +477,9 @@ def test_every_instruction_set_gives_the_same_numbers_to_round_off(matpoint, tmp
         for column in ("kinetic_energy", "lower.center_of_mass_x", "upper.momentum_y"):
             np.testing.assert_allclose(other[column], best[column], rtol=2000 * 10 * 2.2e-16)
     assert tried >= 1  # "base" is always there
-    assert_refused(matpoint("run", "disks", env={"MATPOINT_SIMD": "avx3"}), 'MATPOINT_SIMD = "avx3"', 'did you mean "avx')
+    # The nearest name is offered, where this processor (and build) has one that is near.
+    near = ['did you mean "avx'] if tried > 1 else []
+    assert_refused(matpoint("run", "disks", env={"MATPOINT_SIMD": "avx3"}), 'MATPOINT_SIMD = "avx3"', 'allowed: ', *near)
 
 
 @pytest.mark.parametrize("stress_order", ["usl", "usf", "musl"])
