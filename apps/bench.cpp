@@ -11,8 +11,10 @@
 namespace matpoint {
 
 int bench_command(std::vector<std::string> words) {
-  std::error_code ignored;
-  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path() / "matpoint-bench";
+  std::error_code error;
+  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
+  if (error) throw InputError("cannot find the benchmark: /proc/self/exe: {}; start the program matpoint-bench yourself", error.message());
+  const std::filesystem::path program = self.parent_path() / "matpoint-bench";
   words.insert(words.begin(), program.string());
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());

@@ -41,6 +41,9 @@ void calibrate_outputs(const Simulation& simulation, Calibration& calibration) {
   calibration.seconds_per_history = seconds_since(start);
   if (simulation.problem().output.formats.empty()) return;
   start = Clock::now();
+  if (simulation.problem().output.grid) {
+    for (const Field& field : solver.grid_fields()) calibration.field_bytes += 2 * static_cast<Index>(field.values.size() * sizeof(Real));
+  }
   for (std::size_t b = 0; b < solver.body_count(); ++b) {
     // Points, and three index lists of the file.
     calibration.field_bytes += solver.particle_count(b) * 6 * static_cast<Index>(sizeof(Real));
@@ -55,21 +58,28 @@ void calibrate_outputs(const Simulation& simulation, Calibration& calibration) {
 }
 
 /// Times some steps, and the outputs.
-Calibration calibrate(Simulation& simulation, double steps_of_run) {
+Calibration calibrate(Simulation& simulation) {
   constexpr double k_seconds_max = 1;
   Calibration calibration;
+  const Real end = simulation.problem().time.end;
+  const Real almost_end = end * (1 - 1e-9);
   try {
-    simulation.step();  // the first one pays for fresh memory
-    int steps = 0;
-    double seconds = 0;
-    const Clock::time_point start = Clock::now();
-    while ((steps < steps_of_run || steps == 0) && seconds < k_seconds_max) {
-      simulation.step();
+    calibrate_outputs(simulation, calibration);
+    // The first step pays for fresh memory, so it counts only when there is no other.
+    Clock::time_point start = Clock::now();
+    simulation.step(end);
+    double seconds = seconds_since(start);
+    int steps = 1;
+    if (simulation.time() < almost_end) {
+      steps = 0;
+      start = Clock::now();
+    }
+    while (simulation.time() < almost_end && (steps == 0 || seconds < k_seconds_max)) {
+      simulation.step(end);
       ++steps;
       seconds = seconds_since(start);
     }
     calibration.seconds_per_step = seconds / steps;
-    calibrate_outputs(simulation, calibration);
   } catch (const SolverError& error) {
     calibration.failure = error.what();
   }
@@ -120,7 +130,7 @@ int check_command(const std::string& case_name, const std::vector<std::string>& 
   const Index memory = solver.memory();
   Index largest_body = 0;
   for (std::size_t b = 0; b < solver.body_count(); ++b) largest_body = std::max(largest_body, solver.particle_count(b));
-  const Calibration calibration = calibrate(simulation, steps);
+  const Calibration calibration = calibrate(simulation);
   const Index passing = std::max(calibration.field_bytes, k_seeding_bytes * largest_body);
   fmt::print("# memory            {} for particles and grid, {} at the most (start, output)\n", memory_text(memory),
              memory_text(memory + passing + k_program_bytes));

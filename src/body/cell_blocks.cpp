@@ -7,10 +7,7 @@ namespace matpoint {
 
 template <int Dim, class R>
 CellBlocks<Dim, R>::CellBlocks(GridType& grid, const SlotLayout& layout)
-    : grid_(grid), layout_(layout), bands_(static_cast<std::size_t>(grid.band_count())) {
-  const int rows_of_band = grid.band_rows() * (Dim == 3 ? grid.cells(1) : 1);
-  for (Band& band : bands_) band.rows.resize(static_cast<std::size_t>(rows_of_band));
-}
+    : grid_(grid), layout_(layout), bands_(static_cast<std::size_t>(grid.band_count())) {}
 
 template <int Dim, class R>
 CellBlocks<Dim, R>::~CellBlocks() {
@@ -52,11 +49,14 @@ R* CellBlocks<Dim, R>::take_page(Band& band) {
 
 template <int Dim, class R>
 Block<Dim, R>* CellBlocks<Dim, R>::find(const Place<Dim>& cell) const {
-  return bands_[static_cast<std::size_t>(band_of(cell))].rows[row_of(cell)].find(cell[0] / L);
+  const Band& band = bands_[static_cast<std::size_t>(band_of(cell))];
+  return band.rows.empty() ? nullptr : band.rows[row_of(cell)].find(cell[0] / L);
 }
 
 template <int Dim, class R>
 Block<Dim, R>* CellBlocks<Dim, R>::find_or_make(Band& band, const Place<Dim>& first) {
+  // Bands without particles have no rows: memory follows the material.
+  if (band.rows.empty()) band.rows.resize(static_cast<std::size_t>(grid_.band_rows() * (Dim == 3 ? grid_.cells(1) : 1)));
   BlockType*& block = band.rows[row_of(first)].at(first[0] / L);
   if (block != nullptr) return block;
   if (band.unused.empty()) {

@@ -105,9 +105,18 @@ void add(BodyTotals& sum, const BodyTotals& body) {
 
 }  // namespace
 
-SystemTotals system_totals(const Snapshot& snapshot) {
+namespace {
+
+/// A pass over all particles: once per row.
+std::vector<BodyTotals> body_totals(const Solver& solver) {
+  std::vector<BodyTotals> totals;
+  for (std::size_t b = 0; b < solver.body_count(); ++b) totals.push_back(solver.totals(b));
+  return totals;
+}
+
+SystemTotals system_totals(const Snapshot& snapshot, const std::vector<BodyTotals>& bodies) {
   SystemTotals totals;
-  for (std::size_t b = 0; b < snapshot.solver.body_count(); ++b) add(totals.sum, snapshot.solver.totals(b));
+  for (const BodyTotals& body : bodies) add(totals.sum, body);
   totals.sum = without_meaningless(totals.sum);
   totals.ledger = snapshot.solver.ledger();
   const Ledger& ledger = totals.ledger;
@@ -116,6 +125,10 @@ SystemTotals system_totals(const Snapshot& snapshot) {
                          (present + ledger.damping_dissipation + ledger.viscous_dissipation - ledger.boundary_work + ledger.removed_energy);
   return totals;
 }
+
+}  // namespace
+
+SystemTotals system_totals(const Snapshot& snapshot) { return system_totals(snapshot, body_totals(snapshot.solver)); }
 
 std::vector<HistoryColumn> history_columns(const Solver& solver) {
   std::vector<HistoryColumn> names = {{"time", "s"}, {"step", "1"}, {"dt", "s"}};
@@ -134,10 +147,11 @@ std::vector<Real> history_row(const Snapshot& snapshot) {
   const auto add_all = [&](const auto& columns, const auto& totals) {
     for (const auto& column : columns) row.push_back(column.value(totals));
   };
-  const SystemTotals system = system_totals(snapshot);
+  const std::vector<BodyTotals> bodies = body_totals(snapshot.solver);
+  const SystemTotals system = system_totals(snapshot, bodies);
   add_all(body_columns(dim), system.sum);
   add_all(balance_columns(dim), system);
-  for (std::size_t b = 0; b < snapshot.solver.body_count(); ++b) add_all(body_columns(dim), without_meaningless(snapshot.solver.totals(b)));
+  for (const BodyTotals& body : bodies) add_all(body_columns(dim), without_meaningless(body));
   return row;
 }
 

@@ -267,7 +267,13 @@ void ResultsFolder::append(const Fields& fields) {
 }
 
 void ResultsFolder::wait() {
-  if (writing_.valid()) writing_.get();
+  if (!writing_.valid()) return;
+  try {
+    writing_.get();
+  } catch (...) {
+    taken_step_ = fields_step_;  // these fields may be tried again
+    throw;
+  }
 }
 
 void ResultsFolder::finish(const Snapshot& end, const std::string& status) {

@@ -5,7 +5,8 @@
 //   <body>.vtkhdf, grid.vtkhdf       fields of all times, formats = ["vtkhdf"]
 //   <body>.pvd + vtu/<body>_*.vtu    the same for older ParaView, formats = ["vtu"]; the grid as grid.pvd + vtu/grid_*.vti
 //
-// Everything is on its way to the disk when a call returns, so a run that is killed or fails leaves readable files.
+// Rows of text are on their way to the disk when a call returns, fields follow beside the run (`wait`). A run that is killed or fails
+// leaves readable files.
 #pragma once
 
 #include <future>

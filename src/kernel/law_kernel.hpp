@@ -21,7 +21,7 @@ MPM_INLINE Mat3<Pack<R>, is_plane> evaluate(const Law& law, const Kinematics<Mat
     using ScalarHistory = typename LawHistory<Law, Real>::Type;
     constexpr int history_count = k_history_size<Law>;
     Mat3<Pack<R>, is_plane> tau = Mat3<Pack<R>, is_plane>::zero();
-    Pack<R> history[history_count + 1] = {};
+    alignas(sizeof(Pack<R>)) R history[history_count + 1][Pack<R>::k_width] = {};
     for (int i = 0; i < Pack<R>::k_width; ++i) {
       Kinematics<M> one{M::identity(), M::zero(), k.dt};
       for (int e = 0; e < M::k_size; ++e) {
@@ -34,7 +34,7 @@ MPM_INLINE Mat3<Pack<R>, is_plane> evaluate(const Law& law, const Kinematics<Mat
       }
       const M stress = kirchhoff_stress_of(law, one, before, after);
       for (int e = 0; e < M::k_size; ++e) tau.entries[e].v[i] = static_cast<R>(stress.entries[e]);
-      for (int h = 0; h < history_count; ++h) history[h].v[i] = static_cast<R>(reinterpret_cast<Real*>(&after)[h]);
+      for (int h = 0; h < history_count; ++h) history[h][i] = static_cast<R>(reinterpret_cast<Real*>(&after)[h]);
       if constexpr (requires { law.dissipation_rate(one); }) rate.v[i] = static_cast<R>(law.dissipation_rate(one));
     }
     if constexpr (history_count > 0) __builtin_memcpy(&new_history, history, sizeof new_history);
