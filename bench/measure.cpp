@@ -23,9 +23,9 @@ constexpr int k_steps_min = 3;
 constexpr double k_energy_tolerance = 1e-8;
 constexpr double k_energy_tolerance_single = 1e-2;
 
-/// CPU time of this thread, or wall time when there are more threads.
-double seconds(int threads) {
-  if (threads > 1) return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+/// CPU time of this thread, or wall time.
+double seconds(bool is_wall_time) {
+  if (is_wall_time) return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
   timespec now;
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
@@ -67,9 +67,9 @@ Outcome repeat_plain(const Plan& plan, PlainStyle style) {
   for (int run = 0; run < plan.runs; ++run) {
     const std::unique_ptr<PlainLoop> loop = make_plain_loop(plan.scene, plain_order(plan.scenario.order), style);
     loop->step();
-    const double start = seconds(1);
+    const double start = seconds(false);
     for (int step = 0; step < plan.steps; ++step) loop->step();
-    outcome.seconds += seconds(1) - start;
+    outcome.seconds += seconds(false) - start;
     outcome.kinetic_energy = loop->kinetic_energy();
     outcome.strain_energy = loop->strain_energy();
     outcome.bytes = static_cast<double>(loop->memory());
@@ -96,15 +96,15 @@ void take_state(const Solver& solver, Outcome& outcome) {
 
 Outcome repeat_solver(const Plan& plan, const Case& problem, StageSeconds& stages) {
   Outcome outcome;
-  const int threads = plan.scenario.threads;
+  const bool is_wall_time = plan.scenario.is_wall_time || plan.scenario.threads > 1;
   const double dt = plan.scene.dt;
   for (int run = 0; run < plan.runs; ++run) {
     const std::unique_ptr<Solver> solver = make_solver(problem);
     solver->step(0, dt);
     add_stages(solver->profile(), -1, stages);
-    const double start = seconds(threads);
+    const double start = seconds(is_wall_time);
     for (int step = 0; step < plan.steps; ++step) solver->step((step + 1) * dt, dt);
-    outcome.seconds += seconds(threads) - start;
+    outcome.seconds += seconds(is_wall_time) - start;
     add_stages(solver->profile(), 1, stages);
     if (!solver->escapes().empty()) throw std::runtime_error("the benchmark's scene is wrong: a particle left the grid");
     take_state(*solver, outcome);
@@ -116,10 +116,11 @@ Outcome repeat_solver(const Plan& plan, const Case& problem, StageSeconds& stage
 Outcome repeat_case(const Plan& plan, Simulation& simulation, StageSeconds& stages) {
   Outcome outcome;
   const int steps = plan.steps * plan.runs;
+  const bool is_wall_time = plan.scenario.is_wall_time || plan.scenario.threads > 1;
   add_stages(simulation.solver().profile(), -1, stages);
-  const double start = seconds(plan.scenario.threads);
+  const double start = seconds(is_wall_time);
   for (int step = 0; step < steps; ++step) simulation.step();
-  outcome.seconds = seconds(plan.scenario.threads) - start;
+  outcome.seconds = seconds(is_wall_time) - start;
   add_stages(simulation.solver().profile(), 1, stages);
   take_state(simulation.solver(), outcome);
   return outcome;

@@ -15,6 +15,7 @@ struct Scenario {
   std::string case_text;  ///< A whole case instead of the scene, without a plain loop.
   double warm_up = 0;     ///< Of such a case: simulated time before the measurement [s].
   int threads = 1;
+  bool is_wall_time = false;  ///< Also with one thread, so that it can be compared with more.
   int repetitions = 5;
   bool has_plain = true;  ///< Whether the plain loops run beside.
 };
@@ -24,7 +25,8 @@ struct StageTime {
   double nanoseconds = 0;  ///< Per particle and step, all threads together.
 };
 
-/// Rates in particle-updates per second and core: by CPU time with one thread, by wall time with more. Medians over the repetitions.
+/// Rates in particle-updates per second and core: by CPU time with one thread, by wall time with more
+/// (and where the scenario says so). Medians over the repetitions.
 struct Measurement {
   std::size_t particles = 0;
   double rate = 0;

@@ -85,6 +85,7 @@ ScenarioSet threads(std::size_t particles) {
     for (const int count : {1, thread_count()}) {
       Scenario scenario = without_plain(bodies(dim, k_jitter, particles));
       scenario.threads = count;
+      scenario.is_wall_time = true;
       scenario.name += fmt::format(" {} thr.", count);
       set.scenarios.push_back(scenario);
     }
@@ -121,7 +122,7 @@ ScenarioSet movers(std::size_t particles) {
 // A column of water that has collapsed and splashed against the far wall: cells of every occupancy, and gaps.
 Scenario dam(std::size_t particles, double time) {
   const double h = std::sqrt(0.06 * 4 / static_cast<double>(particles));
-  const int rows = static_cast<int>(std::lround(0.4 / h));
+  const int rows = static_cast<int>(std::lround(0.8 / h));
   Scenario scenario;
   scenario.name = fmt::format("2D dam t={}", time);
   scenario.has_plain = false;
@@ -129,8 +130,9 @@ Scenario dam(std::size_t particles, double time) {
   scenario.case_text = fmt::format(R"(
 gravity = [0, -9.81]
 [grid]
-upper = [0.8, 0.4]
-cells = [{}, {}]
+upper = [0.8, 0.8]
+cells = [{0}, {0}]
+particles_outside = "remove"
 [time]
 end = 10
 [[body]]
@@ -151,7 +153,7 @@ kind = "slip"
 side = "top"
 kind = "slip"
 )",
-                                   2 * rows, rows);
+                                   rows);
   return scenario;
 }
 
