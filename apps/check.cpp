@@ -15,6 +15,8 @@ namespace {
 // As measured: the program itself with its libraries, and what making a body's particles needs for each of them for a moment.
 constexpr Index k_program_bytes = 20'000'000;
 constexpr Index k_seeding_bytes = 130;
+// As measured: one append to a field file, however small.
+constexpr double k_seconds_per_append = 0.004;
 
 using Clock = std::chrono::steady_clock;
 
@@ -144,9 +146,12 @@ int check_command(const std::string& case_name, const std::vector<std::string>& 
     // No more outputs than steps, and one at the start and at the end.
     const double output_seconds =
         (std::min(rows, steps) + 1) * calibration.seconds_per_history + (std::min(times, steps) + 2) * calibration.seconds_per_fields;
+    // Files are written beside the run, which waits for them when they are slower.
+    const auto files = static_cast<double>(output.formats.size() * (simulation.solver().body_count() + (output.grid ? 1 : 0)));
+    const double writing_seconds = (std::min(times, steps) + 2) * files * k_seconds_per_append;
     fmt::print("# estimated time    {} on {} thread{}, of which {} for output\n",
-               duration_text(steps * calibration.seconds_per_step + output_seconds), thread_count(), thread_count() == 1 ? "" : "s",
-               duration_text(output_seconds));
+               duration_text(std::max(steps * calibration.seconds_per_step + output_seconds, writing_seconds)), thread_count(),
+               thread_count() == 1 ? "" : "s", duration_text(output_seconds));
   } else {
     fmt::print("# estimated time    unknown: the run fails soon after the start\n");
     print_warning(calibration.failure);
