@@ -6,7 +6,7 @@
 namespace matpoint {
 
 template <int Dim, class R>
-CellBlocks<Dim, R>::CellBlocks(GridType& grid, const SlotLayout& layout)
+CellBlocks<Dim, R>::CellBlocks(GridType& grid, const SlotLayout<Dim>& layout)
     : grid_(grid), layout_(layout), bands_(static_cast<std::size_t>(grid.band_count())) {}
 
 template <int Dim, class R>
@@ -40,10 +40,17 @@ Index CellBlocks<Dim, R>::key_of(const Place<Dim>& first) const {
 
 template <int Dim, class R>
 R* CellBlocks<Dim, R>::take_page(Band& band) {
+  if (!band.unused_pages.empty()) {
+    R* const page = band.unused_pages.back();
+    band.unused_pages.pop_back();
+    return page;
+  }
   const std::size_t page_size = static_cast<std::size_t>(BlockType::k_page_slots * layout_.field_count * L);
-  if (band.unused_pages.empty()) return static_cast<R*>(pages_.take(page_size * sizeof(R)));
-  R* const page = band.unused_pages.back();
-  band.unused_pages.pop_back();
+  R* const page = static_cast<R*>(pages_.take(page_size * sizeof(R)));
+  // The kernels work empty lanes, too: an undeformed particle at rest is harmless there.
+  for (int k = 0; k < BlockType::k_page_slots; ++k) {
+    for (int d = 0; d < Dim; ++d) std::fill_n(page + (k * layout_.field_count + layout_.F + d * Dim + d) * L, L, R{1});
+  }
   return page;
 }
 

@@ -139,10 +139,10 @@ class CellBlocks {
     std::vector<R*> unused_pages;
   };
 
-  CellBlocks(GridType& grid, const SlotLayout& layout);
+  CellBlocks(GridType& grid, const SlotLayout<Dim>& layout);
   ~CellBlocks();
 
-  const SlotLayout& layout() const { return layout_; }
+  const SlotLayout<Dim>& layout() const { return layout_; }
   /// Numbers per moving particle.
   int stride() const { return layout_.field_count + k_stress_size<Dim>; }
   Index count() const { return count_; }
@@ -196,7 +196,7 @@ class CellBlocks {
   std::size_t row_of(const Place<Dim>& cell) const;
 
   GridType& grid_;
-  SlotLayout layout_;
+  SlotLayout<Dim> layout_;
   Arena pages_;
   Arena blocks_;
   std::vector<Band> bands_;

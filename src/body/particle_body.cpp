@@ -31,7 +31,7 @@ bool updates_velocity(Sweep what) { return what == Sweep::usl || what == Sweep::
 /// that comes later, and the upper rows of nodes (those below were used one row of blocks earlier).
 template <int Dim, class R>
 void set_fetch(Sweep what, SweepChunk<Dim, R>& chunk, const Block<Dim, R>& soon, const Block<Dim, R>& later, int first,
-               const SlotLayout& layout) {
+               const SlotLayout<Dim>& layout) {
   int count = 0;
   const int end = std::min(soon.slot_count, first + k_chunk_slots);
   // No sweep reads the ids, which are the last field; without a law x and v are enough, unless volumes differ.
@@ -48,11 +48,8 @@ void set_fetch(Sweep what, SweepChunk<Dim, R>& chunk, const Block<Dim, R>& soon,
 }
 
 template <int Dim>
-SlotLayout make_layout(const Material& material, bool has_volumes) {
-  SlotLayout layout;
-  layout.x = 0;
-  layout.v = Dim;
-  layout.F = 2 * Dim;
+SlotLayout<Dim> make_layout(const Material& material, bool has_volumes) {
+  SlotLayout<Dim> layout;
   int next = layout.F + Dim * Dim;
   if (has_volumes) layout.volume = next++;
   if (material.is_rate_dependent()) {
@@ -101,7 +98,7 @@ void ParticleBody<Dim, R>::seed(const BodySpec& spec, const std::string& where, 
   smallest_volume_ = *smallest;
   uniform_volume_ = *smallest;
   mass_ = std::accumulate(seeds.volume.begin(), seeds.volume.end(), Real{0}) * material_->density();
-  const SlotLayout layout = make_layout<Dim>(*material_, *smallest != *largest);
+  const SlotLayout<Dim> layout = make_layout<Dim>(*material_, *smallest != *largest);
   blocks_ = std::make_unique<Blocks>(grid, layout);
 
   std::vector<Place<Dim>> cells(n);
@@ -352,7 +349,7 @@ void ParticleBody<Dim, R>::settle_band(Sweep what, std::size_t band, const std::
 /// What the kernels do for the particles that stay: mass, momentum and force to the nodes of the cell.
 template <int Dim, class R>
 void ParticleBody<Dim, R>::map_arrival(Sweep what, const Block<Dim, R>& block, int lane, const R* fields) {
-  const SlotLayout& at = blocks_->layout();
+  const SlotLayout<Dim>& at = blocks_->layout();
   const R* const tau = fields + at.field_count;
   const R volume = at.volume >= 0 ? fields[at.volume] : static_cast<R>(uniform_volume_);
   const R m = volume * static_cast<R>(material_->density());
@@ -392,7 +389,7 @@ void ParticleBody<Dim, R>::map_arrival(Sweep what, const Block<Dim, R>& block, i
 
 template <int Dim, class R>
 void ParticleBody<Dim, R>::keep_outside(const MovingParticles<Dim, R>& leaving, std::size_t i) {
-  const SlotLayout& at = blocks_->layout();
+  const SlotLayout<Dim>& at = blocks_->layout();
   const R* const fields = leaving.particle(i, blocks_->stride());
   Outside outside{std::vector<R>(fields, fields + at.field_count), {}};
   for (int d = 0; d < Dim; ++d) {

@@ -76,7 +76,7 @@ Real ParticleBody<Dim, R>::J(const Particle& p) const {
 template <int Dim, class R>
 std::array<Real, 6> ParticleBody<Dim, R>::cauchy_stress(const Particle& p) const {
   std::array<Real, 6> sigma{};
-  const SlotLayout& at = blocks_->layout();
+  const SlotLayout<Dim>& at = blocks_->layout();
   if (at.tau >= 0) {
     for (std::size_t s = 0; s < k_stress_size<Dim>; ++s) sigma[s] = p.field(at.tau + static_cast<int>(s));
   } else {

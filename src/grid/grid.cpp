@@ -1,7 +1,6 @@
 #include "grid/grid.hpp"
 
 #include <algorithm>
-#include <cstring>
 
 #include "core/parallel.hpp"
 #include "grid/boundary_condition.hpp"
@@ -213,10 +212,7 @@ void Grid<Dim, R>::work_tile(TileType& tile, std::size_t band) {
     kernels_->map_velocity(tile.values, dynamics_);
     if (is_constrained) conditions_->constrain_second(tile, boundary_velocities_);
   }
-  if (pass_ == NodePass::velocity_keep) return;
-  if (pass_ != NodePass::advance_keep) std::memset(tile.values.mass, 0, sizeof tile.values.mass);
-  std::memset(tile.values.momentum, 0, sizeof tile.values.momentum);
-  std::memset(tile.values.force, 0, sizeof tile.values.force);
+  if (pass_ != NodePass::velocity_keep) kernels_->clear(tile.values, pass_ == NodePass::advance_keep);
 }
 
 template <int Dim, class R>

@@ -16,6 +16,7 @@ constexpr KernelTable<Dim, R> k_table = {
     law_kernels_of<Dim, R>(static_cast<AllLaws*>(nullptr)),
     &advance_nodes<Dim, R>,
     &map_node_velocity<Dim, R>,
+    &clear_nodes<Dim, R>,
 };
 
 }  // namespace

@@ -34,6 +34,9 @@ constexpr int k_rows = Dim == 2 ? 2 : 4;
 /// Slots that one call of a kernel works: their stresses and velocity gradients stay in the first-level cache.
 constexpr int k_chunk_slots = 8;
 
+/// Packs in 64 bytes of the narrowest instruction set, 16 bytes.
+constexpr int k_parts_max = 4;
+
 /// The numbers of `k_lanes` neighbouring nodes of a row.
 template <int Dim, class R>
 struct alignas(64) NodeValues {
@@ -48,13 +51,14 @@ struct alignas(64) NodeValues {
 };
 
 /// Where the fields are in a slot, as multiples of `k_lanes` numbers; -1: the body does not store it.
+template <int Dim>
 struct SlotLayout {
-  int x = 0;        ///< dim fields, local coordinates.
-  int v = 0;        ///< dim fields [m/s].
-  int F = 0;        ///< dim x dim fields, row by row.
-  int id = 0;       ///< The id's bits; the last field.
-  int volume = -1;  ///< Reference volume [m^3], where it differs between particles.
-  int tau = -1;     ///< Kirchhoff stress [Pa] of laws that depend on the rate.
+  static constexpr int x = 0;        ///< dim fields, local coordinates.
+  static constexpr int v = Dim;      ///< dim fields [m/s].
+  static constexpr int F = 2 * Dim;  ///< dim x dim fields, row by row.
+  int id = 0;                        ///< The id's bits; the last field.
+  int volume = -1;                   ///< Reference volume [m^3], where it differs between particles.
+  int tau = -1;                      ///< Kirchhoff stress [Pa] of laws that depend on the rate.
   int history = -1;
   int history_count = 0;
   int field_count = 0;
@@ -73,26 +77,25 @@ enum class Sweep {
 constexpr int k_sweep_count = 7;
 
 /// Some slots of a block, for a law.
-template <class R>
+template <int Dim, class R>
 struct LawChunk {
-  int slot_count = 0;
   R* const* slots = nullptr;
-  const R* counts = nullptr;  ///< Per lane: slots below this hold a particle.
-  SlotLayout layout;
-  R uniform_volume = 0;   ///< [m^3], unless the layout has volumes.
-  Real dt = 0;            ///< [s]
-  bool updates_F = true;  ///< Else L is zero and F stays.
-  const R* L = nullptr;   ///< Velocity gradient [1/s], [slot][dim x dim][lane].
-  R* tau = nullptr;       ///< Out: Kirchhoff stress [Pa], [slot][k_stress_size][lane].
-  R* J_min = nullptr;     ///< In and out, per lane.
+  const R* counts = nullptr;          ///< Per lane: slots below this hold a particle.
+  const int* slots_in_use = nullptr;  ///< Per pack of lanes.
+  const SlotLayout<Dim>* layout = nullptr;
+  R uniform_volume = 0;  ///< [m^3], unless the layout has volumes.
+  Real dt = 0;           ///< [s]
+  const R* L = nullptr;  ///< Velocity gradient [1/s], [slot][dim x dim][lane]; null: it is zero and F stays.
+  R* tau = nullptr;      ///< Out: Kirchhoff stress [Pa], [slot][k_stress_size][lane].
+  R* J_min = nullptr;    ///< In and out, per lane.
   R* J_max = nullptr;
   Real dissipated = 0;  ///< Out: viscous dissipation [J].
   int bad_slot = -1;    ///< Out: first slot with a particle whose det F is not positive and finite,
   int bad_lane = -1;    ///< and its lane.
 };
 
-template <class R>
-using LawKernel = void (*)(const void* law, LawChunk<R>& chunk);
+template <int Dim, class R>
+using LawKernel = void (*)(const void* law, LawChunk<Dim, R>& chunk);
 
 /// A particle that has left its cell, as the kernel found it.
 template <class R>
@@ -116,6 +119,7 @@ struct SweepChunk {
   FetchRun fetch[k_chunk_slots + k_rows<Dim>];  ///< Slots and tiles of a block that comes soon, and its header.
   int fetch_count = 0;
   alignas(64) R counts[k_lanes<R>] = {};        ///< Per lane: slots below this hold a particle.
+  int slots_in_use[k_parts_max];                ///< Per pack of lanes; the kernel fills it.
   NodeValues<Dim, R>* nodes[k_rows<Dim>][2];    ///< The block's tile and the next one, per row of nodes.
   Mover<R> movers[k_chunk_slots * k_lanes<R>];  ///< Out.
   int mover_count = 0;                          ///< Out.
@@ -126,14 +130,14 @@ struct SweepChunk {
 /// What is the same for all chunks of a body in a sweep, and what is summed over them.
 template <int Dim, class R>
 struct SweepContext {
-  SlotLayout layout;
+  SlotLayout<Dim> layout;
   R density = 0;
   R uniform_volume = 0;
   Real dt = 0;
   R flip = 1;
   R inverse_cell_size[Dim] = {};
   const void* law = nullptr;
-  LawKernel<R> law_kernel = nullptr;
+  LawKernel<Dim, R> law_kernel = nullptr;
   // Sums and extremes; the caller starts them.
   alignas(64) R speed_max[Dim][k_lanes<R>] = {};
   alignas(64) R J_min[k_lanes<R>];
@@ -162,10 +166,12 @@ template <int Dim, class R>
 struct KernelTable {
   using SweepKernel = void (*)(SweepContext<Dim, R>&, SweepChunk<Dim, R>&);
   SweepKernel sweeps[k_sweep_count];
-  const LawKernel<R>* laws;  ///< In the order of AllLaws.
+  const LawKernel<Dim, R>* laws;  ///< In the order of AllLaws.
   /// v = p/m, a = 0 on nodes above the cutoff, into velocity; or into `second`.
   void (*advance)(NodeValues<Dim, R>&, const NodalDynamics<Dim>&, Real dt, const R* booked, NodalSums<Dim>&);
   void (*map_velocity)(NodeValues<Dim, R>&, const NodalDynamics<Dim>&);
+  /// Zeroes momentum and force, and the mass unless it is kept.
+  void (*clear)(NodeValues<Dim, R>&, bool keeps_mass);
 };
 
 /// Instruction sets, best first, that this program has kernels for and this processor can run; "avx512", "avx2", "base".

@@ -42,14 +42,43 @@ MPM_INLINE Mat3<Pack<R>, is_plane> evaluate(const Law& law, const Kinematics<Mat
   }
 }
 
+/// Whether det F is positive and finite.
+template <class R>
+MPM_INLINE Mask<R> is_admissible(Pack<R> J) {
+  return (J > Pack<R>(0)) & (J < Pack<R>(sizeof(R) == 8 ? 1e300 : 1e30));
+}
+
+/// Looks through the cells from `lane` on for the first slot whose det F is not admissible.
+template <int Dim, class R>
+void find_bad_slot(LawChunk<Dim, R>& chunk, int lane) {
+  using P = Pack<R>;
+  constexpr int L = k_lanes<R>;
+  const P counts = P::load(chunk.counts + lane);
+  for (int k = 0; k < chunk.slots_in_use[lane / P::k_width]; ++k) {
+    if (chunk.bad_slot >= 0 && chunk.bad_slot <= k) return;
+    auto F = Mat3<P, Dim == 2>::identity();
+    for (int r = 0; r < Dim; ++r) {
+      for (int c = 0; c < Dim; ++c) F(r, c) = P::load(chunk.slots[k] + (SlotLayout<Dim>::F + r * Dim + c) * L + lane);
+    }
+    const Mask<R> is_bad = (counts > P(static_cast<double>(k))) & ~is_admissible(determinant(F));
+    for (int i = P::k_width - 1; i >= 0; --i) {
+      if (!is_bad.v[i]) continue;
+      chunk.bad_slot = k;
+      chunk.bad_lane = lane + i;
+    }
+  }
+}
+
 template <class Law, int Dim, class R>
-__attribute__((flatten)) void update_law(const void* law_pointer, LawChunk<R>& chunk) {
+__attribute__((flatten)) void update_law(const void* law_pointer, LawChunk<Dim, R>& chunk) {
   using P = Pack<R>;
   using M = Mat3<P, Dim == 2>;
   using History = typename LawHistory<Law, P>::Type;
   constexpr int L = k_lanes<R>;
   const Law law = *static_cast<const Law*>(law_pointer);
-  const SlotLayout at = chunk.layout;
+  const SlotLayout<Dim> at = *chunk.layout;
+  const R* const L_grad = chunk.L;
+  const P dt = P(chunk.dt);
   const P zero = P(0);
   Real dissipated = 0;
   for (int lane = 0; lane < L; lane += P::k_width) {
@@ -57,26 +86,28 @@ __attribute__((flatten)) void update_law(const void* law_pointer, LawChunk<R>& c
     P J_min = P::load(chunk.J_min + lane);
     P J_max = P::load(chunk.J_max + lane);
     P power_sum = zero;
-    const int slot_count = slots_in_use(counts, chunk.slot_count);
-    for (int k = 0; k < slot_count; ++k) {
+    Mask<R> are_good = zero <= zero;
+    const int slot_count = chunk.slots_in_use[lane / P::k_width];
+    P slots_below = zero;
+    for (int k = 0; k < slot_count; ++k, slots_below += P(1)) {
       R* const slot = chunk.slots[k] + lane;
-      const Mask<R> live = counts > P(static_cast<double>(k));
+      const Mask<R> live = counts > slots_below;
       Kinematics<M> kinematics{M::identity(), M::zero(), chunk.dt};
+      // Empty lanes hold the identity or what a particle has left there, and their L is zero.
       for (int r = 0; r < Dim; ++r) {
         for (int c = 0; c < Dim; ++c) {
-          kinematics.F(r, c) = select(live, P::load(slot + (at.F + r * Dim + c) * L), P(r == c ? 1 : 0));
-          if (chunk.updates_F) kinematics.L(r, c) = P::load(chunk.L + (k * Dim * Dim + r * Dim + c) * L + lane);
+          kinematics.F(r, c) = P::load(slot + (at.F + r * Dim + c) * L);
+          if (L_grad != nullptr) kinematics.L(r, c) = P::load(L_grad + (k * Dim * Dim + r * Dim + c) * L + lane);
         }
       }
-      if (chunk.updates_F) {
-        // L is zero in empty lanes, so their F stays the identity.
+      if (L_grad != nullptr) {
         const M& F = kinematics.F;
         M F_new = F;
         for (int r = 0; r < Dim; ++r) {
           for (int c = 0; c < Dim; ++c) {
             P change = kinematics.L(r, 0) * F(0, c);
             for (int e = 1; e < Dim; ++e) change += kinematics.L(r, e) * F(e, c);
-            F_new(r, c) = F(r, c) + P(chunk.dt) * change;
+            F_new(r, c) = F(r, c) + dt * change;
           }
         }
         kinematics.F = F_new;
@@ -84,19 +115,10 @@ __attribute__((flatten)) void update_law(const void* law_pointer, LawChunk<R>& c
           for (int c = 0; c < Dim; ++c) kinematics.F(r, c).store(slot + (at.F + r * Dim + c) * L);
         }
       }
-      const P J = determinant(kinematics.F);
+      const P J = select(live, determinant(kinematics.F), P(1));
       J_min = min(J_min, J);
       J_max = max(J_max, J);
-      const Mask<R> is_bad = ~((J > zero) & (J < P(sizeof(R) == 8 ? 1e300 : 1e30)));
-      if (any(is_bad)) [[unlikely]] {
-        for (int i = 0; i < P::k_width; ++i) {
-          const bool is_first = chunk.bad_slot < 0 || k < chunk.bad_slot;
-          if (is_bad.v[i] && is_first) {
-            chunk.bad_slot = k;
-            chunk.bad_lane = lane + i;
-          }
-        }
-      }
+      are_good = are_good & is_admissible(J);
       History old_history{};
       History new_history{};
       constexpr int history_count = std::is_empty_v<History> ? 0 : static_cast<int>(sizeof(History) / sizeof(P));
@@ -125,6 +147,8 @@ __attribute__((flatten)) void update_law(const void* law_pointer, LawChunk<R>& c
     }
     J_min.store(chunk.J_min + lane);
     J_max.store(chunk.J_max + lane);
+    if (!all_of(zero <= zero, are_good)) [[unlikely]]
+      find_bad_slot(chunk, lane);
     for (int i = 0; i < P::k_width; ++i) dissipated += static_cast<Real>(power_sum.v[i]);
   }
   chunk.dissipated = dissipated * chunk.dt;
@@ -132,10 +156,10 @@ __attribute__((flatten)) void update_law(const void* law_pointer, LawChunk<R>& c
 
 template <int Dim, class R, class... Laws>
 struct LawKernels {
-  static constexpr LawKernel<R> all[] = {&update_law<Laws, Dim, R>...};
+  static constexpr LawKernel<Dim, R> all[] = {&update_law<Laws, Dim, R>...};
 };
 template <int Dim, class R, class... Laws>
-constexpr const LawKernel<R>* law_kernels_of(std::tuple<Laws...>*) {
+constexpr const LawKernel<Dim, R>* law_kernels_of(std::tuple<Laws...>*) {
   return LawKernels<Dim, R, Laws...>::all;
 }
 

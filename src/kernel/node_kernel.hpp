@@ -63,5 +63,18 @@ __attribute__((flatten)) void map_node_velocity(NodeValues<Dim, R>& nodes, const
   }
 }
 
+template <int Dim, class R>
+void clear_nodes(NodeValues<Dim, R>& nodes, bool keeps_mass) {
+  using P = Pack<R>;
+  const P zero = P(0);
+  for (int lane = 0; lane < k_lanes<R>; lane += P::k_width) {
+    if (!keeps_mass) zero.store(nodes.mass + lane);
+    for (int d = 0; d < Dim; ++d) {
+      zero.store(nodes.momentum[d] + lane);
+      zero.store(nodes.force[d] + lane);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace matpoint

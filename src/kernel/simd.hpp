@@ -88,7 +88,8 @@ MPM_INLINE Pack<R> max(Pack<R> a, Pack<R> b) {
 }
 template <class R>
 MPM_INLINE Pack<R> abs(Pack<R> a) {
-  return max(a, -a);
+  using Bits = typename Mask<R>::Bits;
+  return (typename Pack<R>::Native)(((Bits)(a.v) << 1) >> 1);
 }
 template <class R>
 MPM_INLINE Pack<R> sqrt(Pack<R> a) {
@@ -109,6 +110,16 @@ MPM_INLINE bool any(Mask<R> mask) {
   std::int64_t all = 0;
   for (int i = 0; i < MPM_SIMD_BYTES / 8; ++i) all |= words[i];
   return all != 0;
+#endif
+}
+
+/// Whether `b` is set in all lanes in which `a` is.
+template <class R>
+MPM_INLINE bool all_of(Mask<R> a, Mask<R> b) {
+#if MPM_SIMD_BYTES == 32 && defined(__AVX2__)
+  return _mm256_testc_si256((__m256i)b.v, (__m256i)a.v) != 0;
+#else
+  return !any(a & ~b);
 #endif
 }
 

@@ -89,27 +89,28 @@ struct alignas(64) ChunkBuffers {
   static constexpr int L = k_lanes<R>;
   R L_grad[k_chunk_slots][Dim * Dim][L];
   R tau[k_chunk_slots][k_stress_size<Dim>][L];
-  R mass[k_chunk_slots][L];
+  R mass[k_chunk_slots][L];  ///< [kg] of the particles that are in their cell; 0 for those that left it, and for empty lanes.
 };
 
-/// Fetches what comes soon into the cache, a line with every slot of every loop: a core can wait for some twenty lines at once, and drops
-/// what a burst asks for beyond that.
+/// Fetches what comes soon into the cache, two lines with every slot of every loop: a core can wait for some twenty lines at once, and
+/// drops what a burst asks for beyond that.
 class FetchAhead {
  public:
   FetchAhead(const FetchRun* runs, int count) : run_(runs), runs_end_(runs + count) {}
 
   MPM_INLINE void next() {
-    if (line_ == end_) [[unlikely]] {
+    if (line_ >= end_) [[unlikely]] {
       if (run_ == runs_end_) return;
       line_ = run_->begin;
       end_ = run_->end;
       ++run_;
     }
     __builtin_prefetch(line_, 1);
-    line_ += 64;
+    __builtin_prefetch(line_ + 64, 1);
+    line_ += 128;
   }
   void rest() {
-    while (line_ != end_ || run_ != runs_end_) next();
+    while (line_ < end_ || run_ != runs_end_) next();
   }
 
  private:
@@ -119,14 +120,21 @@ class FetchAhead {
   const char* end_ = nullptr;
 };
 
-/// Velocity, velocity gradient and position of the particles from the grid (docs/theory.md, step 4).
+template <int Dim, class R>
+MPM_INLINE Pack<R> mass_of(const SweepContext<Dim, R>& context, const R* slot) {
+  if (context.layout.volume < 0) return Pack<R>(static_cast<double>(context.uniform_volume * context.density));
+  return Pack<R>::load(slot + context.layout.volume * k_lanes<R>) * Pack<R>(static_cast<double>(context.density));
+}
+
+/// Velocity, velocity gradient and position of the particles from the grid (docs/theory.md, step 4), and their masses. Empty lanes are
+/// kept at rest inside the cell: whatever stands there must stay finite, for it is summed with a mass of zero.
 template <Sweep S, int Dim, class R>
 MPM_INLINE void gather(SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk, ChunkBuffers<Dim, R>& buffers, FetchAhead& ahead,
                        int lane) {
   using P = Pack<R>;
   using Stage = Stages<S>;
   constexpr int L = k_lanes<R>;
-  const SlotLayout at = context.layout;
+  const SlotLayout<Dim>& at = context.layout;
   const P dt = P(context.dt);
   const P flip = P(static_cast<double>(context.flip));
   const P pic = P(1 - static_cast<double>(context.flip));
@@ -145,14 +153,14 @@ MPM_INLINE void gather(SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk,
   }
   P speed_max[Dim];
   for (int d = 0; d < Dim; ++d) speed_max[d] = P::load(context.speed_max[d] + lane);
-  const int slot_count = slots_in_use(counts, chunk.slot_count);
-  for (int k = 0; k < slot_count; ++k) {
+  const int slot_count = chunk.slots_in_use[lane / P::k_width];
+  P slots_below = zero;
+  for (int k = 0; k < slot_count; ++k, slots_below += one) {
     R* const slot = chunk.slots[k] + lane;
     ahead.next();
-    const Mask<R> live = counts > P(static_cast<double>(k));
+    const Mask<R> live = counts > slots_below;
     P x[Dim];
     for (int d = 0; d < Dim; ++d) x[d] = P::load(slot + (at.x + d) * L);
-    P moved[Dim];
     Mask<R> is_inside = live;
     for (int d = 0; d < Dim; ++d) {
       P grid_velocity;
@@ -171,14 +179,15 @@ MPM_INLINE void gather(SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk,
         speed_max[d] = max(speed_max[d], abs(new_v));
       }
       if constexpr (Stage::moves) {
-        moved[d] = select(live, x[d] + dt_over_h[d] * grid_velocity, P(0.5));
-        moved[d].store(slot + (at.x + d) * L);
-        is_inside = is_inside & (moved[d] >= zero) & (moved[d] < one);
+        const P moved = select(live, x[d] + dt_over_h[d] * grid_velocity, P(0.5));
+        moved.store(slot + (at.x + d) * L);
+        is_inside = is_inside & (moved >= zero) & (moved < one);
       }
     }
+    select(is_inside, mass_of(context, slot), zero).store(buffers.mass[k] + lane);
     if constexpr (Stage::moves) {
-      const Mask<R> has_left = live & ~is_inside;
-      if (any(has_left)) [[unlikely]] {
+      if (!all_of(live, is_inside)) [[unlikely]] {
+        const Mask<R> has_left = live & ~is_inside;
         for (int i = 0; i < P::k_width; ++i) {
           if (has_left.v[i]) {
             Mover<R>& mover = chunk.movers[chunk.mover_count++];
@@ -192,51 +201,14 @@ MPM_INLINE void gather(SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk,
   for (int d = 0; d < Dim; ++d) speed_max[d].store(context.speed_max[d] + lane);
 }
 
-/// The mass of each particle that stays in its cell, 0 for empty lanes; stresses become V0 tau / h of the direction they act along.
-/// The entry (c, d) of the scaled stress is stored at scaled_index(c, d): c is the force's component, d the derivative's direction.
-template <int Dim>
-constexpr int scaled_index(int c, int d) {
-  return c * Dim + d;
-}
-
+/// The masses alone, for the sweeps that gather nothing.
 template <int Dim, class R>
-struct alignas(64) MapBuffers {
-  static constexpr int L = k_lanes<R>;
-  R stress[k_chunk_slots][Dim * Dim][L];
-};
-
-template <Sweep S, int Dim, class R>
-MPM_INLINE void prepare_map(const SweepContext<Dim, R>& context, const SweepChunk<Dim, R>& chunk, ChunkBuffers<Dim, R>& buffers,
-                            MapBuffers<Dim, R>& map, FetchAhead& ahead, int lane) {
+MPM_INLINE void load_masses(const SweepContext<Dim, R>& context, const SweepChunk<Dim, R>& chunk, ChunkBuffers<Dim, R>& buffers, int lane) {
   using P = Pack<R>;
-  constexpr int L = k_lanes<R>;
-  const SlotLayout at = context.layout;
-  const P zero = P(0);
-  const P one = P(1);
   const P counts = P::load(chunk.counts + lane);
-  const int slot_count = slots_in_use(counts, chunk.slot_count);
-  for (int k = 0; k < slot_count; ++k) {
-    const R* const slot = chunk.slots[k] + lane;
-    ahead.next();
-    Mask<R> stays = counts > P(static_cast<double>(k));
-    if constexpr (Stages<S>::moves) {
-      for (int d = 0; d < Dim; ++d) {
-        const P x = P::load(slot + (at.x + d) * L);
-        stays = stays & (x >= zero) & (x < one);
-      }
-    }
-    const P volume = select(stays, at.volume >= 0 ? P::load(slot + at.volume * L) : P(static_cast<double>(context.uniform_volume)), zero);
-    (volume * P(static_cast<double>(context.density))).store(buffers.mass[k] + lane);
-    if constexpr (Stages<S>::maps_force) {
-      for (int d = 0; d < Dim; ++d) {
-        const P scale = volume * P(static_cast<double>(context.inverse_cell_size[d]));
-        for (int c = 0; c < Dim; ++c) {
-          // A particle that left, or whose state is bad, must not spoil its neighbours: its stress counts as zero, whatever it is.
-          const P tau = select(stays, P::load(buffers.tau[k][stress_index(c, d)] + lane), zero);
-          (scale * tau).store(map.stress[k][scaled_index<Dim>(c, d)] + lane);
-        }
-      }
-    }
+  for (int k = 0; k < chunk.slots_in_use[lane / P::k_width]; ++k) {
+    const Mask<R> live = counts > P(static_cast<double>(k));
+    select(live, mass_of(context, chunk.slots[k] + lane), P(0)).store(buffers.mass[k] + lane);
   }
 }
 
@@ -247,6 +219,10 @@ struct NodeSums {
   Pack<R> left[k_parts];
   Pack<R> right[k_parts];
 
+  MPM_INLINE void set(int part, Pack<R> at_left, Pack<R> at_right) {
+    left[part] = at_left;
+    right[part] = at_right;
+  }
   /// Adds them to the nodes: the right ones belong one lane further, the last of them to the next tile. Whole packs are read and
   /// written throughout: a pack that is read across two shorter writes would have to wait for both to reach the cache.
   MPM_INLINE void add_to(R* here, R* next) const {
@@ -259,116 +235,168 @@ struct NodeSums {
   }
 };
 
-/// m_i += N_i m_p, p_i += N_i m_p v_p for one row of nodes.
-template <Sweep S, int Dim, class R, int row>
+/// Rows of nodes whose sums fit into the registers together.
+template <int Dim>
+constexpr int k_rows_at_once = Dim == 2 ? 2 : 1;
+
+/// m_i += N_i m_p, p_i += N_i m_p v_p for some rows of nodes.
+template <Sweep S, int Dim, class R, int first_row>
 MPM_INLINE void map_mass_and_momentum(const SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk, const ChunkBuffers<Dim, R>& buffers,
                                       FetchAhead& ahead) {
   using P = Pack<R>;
   constexpr int L = k_lanes<R>;
-  const SlotLayout at = context.layout;
+  constexpr int rows = k_rows_at_once<Dim>;
+  const SlotLayout<Dim>& at = context.layout;
   const P one = P(1);
-  NodeSums<R> mass;
-  NodeSums<R> momentum[Dim];
+  NodeSums<R> mass[rows];
+  NodeSums<R> momentum[rows][Dim];
   for (int part = 0; part < NodeSums<R>::k_parts; ++part) {
     const int lane = part * P::k_width;
-    const int slot_count = slots_in_use(P::load(chunk.counts + lane), chunk.slot_count);
-    P m_left = P(0), m_right = P(0);
-    P p_left[Dim], p_right[Dim];
-    for (int d = 0; d < Dim; ++d) p_left[d] = p_right[d] = P(0);
-    for (int k = 0; k < slot_count; ++k) {
+    P m_sum[rows][2], p_sum[rows][2][Dim];
+    for (int r = 0; r < rows; ++r) {
+      for (int i = 0; i < 2; ++i) {
+        m_sum[r][i] = P(0);
+        for (int d = 0; d < Dim; ++d) p_sum[r][i][d] = P(0);
+      }
+    }
+    for (int k = 0; k < chunk.slots_in_use[part]; ++k) {
       const R* const slot = chunk.slots[k] + lane;
-      if (part == 0) ahead.next();
+      ahead.next();
+      const P m = P::load(buffers.mass[k] + lane);
       const P x = P::load(slot + at.x * L);
       const P y = P::load(slot + (at.x + 1) * L);
-      P w = row % 2 == 0 ? one - y : y;
-      if constexpr (Dim == 3) {
-        const P z = P::load(slot + (at.x + 2) * L);
-        w *= row / 2 == 0 ? one - z : z;
-      }
-      const P wm = w * P::load(buffers.mass[k] + lane);
-      const P m1 = wm * x;
-      const P m0 = wm * (one - x);
-      if constexpr (Stages<S>::maps_mass) {
-        m_left += m0;
-        m_right += m1;
-      }
-      for (int d = 0; d < Dim; ++d) {
-        const P v = P::load(slot + (at.v + d) * L);
-        p_left[d] += m0 * v;
-        p_right[d] += m1 * v;
+      P v[Dim];
+      for (int d = 0; d < Dim; ++d) v[d] = P::load(slot + (at.v + d) * L);
+      for (int r = 0; r < rows; ++r) {
+        const int row = first_row + r;
+        P wm = m * (row % 2 == 0 ? one - y : y);
+        if constexpr (Dim == 3) {
+          const P z = P::load(slot + (at.x + 2) * L);
+          wm *= row / 2 == 0 ? one - z : z;
+        }
+        for (int i = 0; i < 2; ++i) {
+          const P N_m = wm * (i == 0 ? one - x : x);
+          if constexpr (Stages<S>::maps_mass) m_sum[r][i] += N_m;
+          for (int d = 0; d < Dim; ++d) p_sum[r][i][d] += N_m * v[d];
+        }
       }
     }
-    mass.left[part] = m_left;
-    mass.right[part] = m_right;
-    for (int d = 0; d < Dim; ++d) {
-      momentum[d].left[part] = p_left[d];
-      momentum[d].right[part] = p_right[d];
+    for (int r = 0; r < rows; ++r) {
+      mass[r].set(part, m_sum[r][0], m_sum[r][1]);
+      for (int d = 0; d < Dim; ++d) momentum[r][d].set(part, p_sum[r][0][d], p_sum[r][1][d]);
     }
   }
-  NodeValues<Dim, R>&here = *chunk.nodes[row][0], &next = *chunk.nodes[row][1];
-  if constexpr (Stages<S>::maps_mass) mass.add_to(here.mass, next.mass);
-  for (int d = 0; d < Dim; ++d) momentum[d].add_to(here.momentum[d], next.momentum[d]);
+  for (int r = 0; r < rows; ++r) {
+    NodeValues<Dim, R>&here = *chunk.nodes[first_row + r][0], &next = *chunk.nodes[first_row + r][1];
+    if constexpr (Stages<S>::maps_mass) mass[r].add_to(here.mass, next.mass);
+    for (int d = 0; d < Dim; ++d) momentum[r][d].add_to(here.momentum[d], next.momentum[d]);
+  }
 }
 
-/// f_i -= V0 tau grad N_i for one row of nodes.
-template <int Dim, class R, int row>
-MPM_INLINE void map_force(const SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk, const MapBuffers<Dim, R>& map,
+/// Components of the force whose sums fit into the registers together.
+template <int Dim>
+constexpr int k_components_at_once = Dim == 2 ? 2 : 1;
+
+/// f_i -= V0 tau grad N_i, for some components. The derivative of N_i along an axis is, but for its sign, the same at both ends of an edge
+/// of the cell. So each edge sums once what its two nodes then take with opposite signs: 4 sums per component instead of 8 in 2D, 12
+/// instead of 24 in 3D.
+template <int Dim, class R, int first_component>
+MPM_INLINE void map_force(const SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk, const ChunkBuffers<Dim, R>& buffers,
                           FetchAhead& ahead) {
   using P = Pack<R>;
   constexpr int L = k_lanes<R>;
-  constexpr double sign_y = row % 2 == 0 ? -1 : 1;
-  constexpr double sign_z = row / 2 == 0 ? -1 : 1;
-  const SlotLayout at = context.layout;
+  constexpr int edges = k_rows<Dim>;  // along each axis
+  constexpr int components = k_components_at_once<Dim>;
+  const SlotLayout<Dim>& at = context.layout;
   const P one = P(1);
-  NodeSums<R> force[Dim];
+  NodeSums<R> force[k_rows<Dim>][components];
   for (int part = 0; part < NodeSums<R>::k_parts; ++part) {
     const int lane = part * P::k_width;
-    const int slot_count = slots_in_use(P::load(chunk.counts + lane), chunk.slot_count);
-    P left[Dim], right[Dim];
-    for (int d = 0; d < Dim; ++d) left[d] = right[d] = P(0);
-    for (int k = 0; k < slot_count; ++k) {
-      const R* const slot = chunk.slots[k] + lane;
-      if (part == 0) ahead.next();
-      const P x = P::load(slot + at.x * L);
-      const P y = P::load(slot + (at.x + 1) * L);
-      const P wy = row % 2 == 0 ? one - y : y;
-      P wz = one;
-      if constexpr (Dim == 3) {
-        const P z = P::load(slot + (at.x + 2) * L);
-        wz = row / 2 == 0 ? one - z : z;
-      }
-      const P wyz = Dim == 3 ? wy * wz : wy;
-      for (int c = 0; c < Dim; ++c) {
-        const P along_x = wyz * P::load(map.stress[k][scaled_index<Dim>(c, 0)] + lane);
-        P across = P(sign_y) * P::load(map.stress[k][scaled_index<Dim>(c, 1)] + lane);
-        if constexpr (Dim == 3) across = across * wz + P(sign_z) * (wy * P::load(map.stress[k][scaled_index<Dim>(c, 2)] + lane));
-        left[c] += along_x - (one - x) * across;
-        right[c] -= along_x + x * across;
+    // Edges along x are numbered by their row (bit 0: y, bit 1: z), those along y by x and z, those along z by x and y.
+    P sum[components][Dim][edges];
+    for (int c = 0; c < components; ++c) {
+      for (int d = 0; d < Dim; ++d) {
+        for (int e = 0; e < edges; ++e) sum[c][d][e] = P(0);
       }
     }
-    for (int d = 0; d < Dim; ++d) {
-      force[d].left[part] = left[d];
-      force[d].right[part] = right[d];
+    for (int k = 0; k < chunk.slots_in_use[part]; ++k) {
+      const R* const slot = chunk.slots[k] + lane;
+      ahead.next();
+      const P m = P::load(buffers.mass[k] + lane);
+      P w[Dim][2];
+      for (int d = 0; d < Dim; ++d) {
+        w[d][1] = P::load(slot + (at.x + d) * L);
+        w[d][0] = one - w[d][1];
+      }
+      for (int c = 0; c < components; ++c) {
+        for (int d = 0; d < Dim; ++d) {
+          const P t = m * P::load(buffers.tau[k][stress_index(first_component + c, d)] + lane);
+          const int low = d == 0 ? 1 : 0;  // the axes across the edge
+          for (int i = 0; i < 2; ++i) {
+            if constexpr (Dim == 2) {
+              sum[c][d][i] += w[low][i] * t;
+            } else {
+              const int high = d == 2 ? 1 : 2;
+              const P t_high = w[high][i] * t;
+              sum[c][d][2 * i] += w[low][0] * t_high;
+              sum[c][d][2 * i + 1] += w[low][1] * t_high;
+            }
+          }
+        }
+      }
+    }
+    // The sums have the mass where the formula has the volume, and derivatives in xi.
+    for (int c = 0; c < components; ++c) {
+      for (int d = 0; d < Dim; ++d) {
+        const P scale = P(static_cast<double>(context.inverse_cell_size[d]) / static_cast<double>(context.density));
+        for (int e = 0; e < edges; ++e) sum[c][d][e] *= scale;
+      }
+      for (int row = 0; row < k_rows<Dim>; ++row) {
+        const int j = row % 2;
+        const int k = row / 2;
+        P left = sum[c][0][row];
+        P right = -sum[c][0][row];
+        for (int i = 0; i < 2; ++i) {
+          P& end = i == 0 ? left : right;
+          const P along_y = sum[c][1][i + 2 * k];
+          end = j == 0 ? end + along_y : end - along_y;
+          if constexpr (Dim == 3) {
+            const P along_z = sum[c][2][i + 2 * j];
+            end = k == 0 ? end + along_z : end - along_z;
+          }
+        }
+        force[row][c].set(part, left, right);
+      }
     }
   }
-  NodeValues<Dim, R>&here = *chunk.nodes[row][0], &next = *chunk.nodes[row][1];
-  for (int d = 0; d < Dim; ++d) force[d].add_to(here.force[d], next.force[d]);
+  for (int row = 0; row < k_rows<Dim>; ++row) {
+    NodeValues<Dim, R>&here = *chunk.nodes[row][0], &next = *chunk.nodes[row][1];
+    for (int c = 0; c < components; ++c) force[row][c].add_to(here.force[first_component + c], next.force[first_component + c]);
+  }
 }
 
-template <Sweep S, int Dim, class R, int row = 0>
-MPM_INLINE void map_rows(const SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk, const ChunkBuffers<Dim, R>& buffers,
-                         const MapBuffers<Dim, R>& map, FetchAhead& ahead) {
-  if constexpr (row < k_rows<Dim>) {
-    if constexpr (Stages<S>::maps_momentum) map_mass_and_momentum<S, Dim, R, row>(context, chunk, buffers, ahead);
-    if constexpr (Stages<S>::maps_force) map_force<Dim, R, row>(context, chunk, map, ahead);
-    map_rows<S, Dim, R, row + 1>(context, chunk, buffers, map, ahead);
+template <Sweep S, int Dim, class R, int first_row = 0>
+MPM_INLINE void map_all_rows(const SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk, const ChunkBuffers<Dim, R>& buffers,
+                             FetchAhead& ahead) {
+  if constexpr (first_row < k_rows<Dim>) {
+    map_mass_and_momentum<S, Dim, R, first_row>(context, chunk, buffers, ahead);
+    map_all_rows<S, Dim, R, first_row + k_rows_at_once<Dim>>(context, chunk, buffers, ahead);
+  }
+}
+
+template <int Dim, class R, int first_component = 0>
+MPM_INLINE void map_all_components(const SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk, const ChunkBuffers<Dim, R>& buffers,
+                                   FetchAhead& ahead) {
+  if constexpr (first_component < Dim) {
+    map_force<Dim, R, first_component>(context, chunk, buffers, ahead);
+    map_all_components<Dim, R, first_component + k_components_at_once<Dim>>(context, chunk, buffers, ahead);
   }
 }
 
 template <Sweep S, int Dim, class R>
 MPM_INLINE void update_stress(SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk, ChunkBuffers<Dim, R>& buffers) {
   constexpr int L = k_lanes<R>;
-  const SlotLayout at = context.layout;
+  const SlotLayout<Dim>& at = context.layout;
   if (S == Sweep::start && at.tau >= 0) {
     // A law that depends on the rate has left its stress: there is no rate to compute it from.
     for (int k = 0; k < chunk.slot_count; ++k) {
@@ -376,15 +404,14 @@ MPM_INLINE void update_stress(SweepContext<Dim, R>& context, SweepChunk<Dim, R>&
     }
     return;
   }
-  LawChunk<R> law;
-  law.slot_count = chunk.slot_count;
+  LawChunk<Dim, R> law;
   law.slots = chunk.slots;
   law.counts = chunk.counts;
-  law.layout = at;
+  law.slots_in_use = chunk.slots_in_use;
+  law.layout = &at;
   law.uniform_volume = context.uniform_volume;
   law.dt = context.dt;
-  law.updates_F = S != Sweep::start;
-  law.L = &buffers.L_grad[0][0][0];
+  law.L = S == Sweep::start ? nullptr : &buffers.L_grad[0][0][0];
   law.tau = &buffers.tau[0][0][0];
   law.J_min = context.J_min;
   law.J_max = context.J_max;
@@ -398,16 +425,19 @@ template <Sweep S, int Dim, class R>
 __attribute__((flatten)) void sweep_chunk(SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk) {
   using P = Pack<R>;
   ChunkBuffers<Dim, R> buffers;
-  MapBuffers<Dim, R> map;
   FetchAhead ahead(chunk.fetch, chunk.fetch_count);
   chunk.mover_count = 0;
   chunk.bad_slot = -1;
-  if constexpr (Stages<S>::gathers) {
-    for (int lane = 0; lane < k_lanes<R>; lane += P::k_width) gather<S>(context, chunk, buffers, ahead, lane);
+  for (int lane = 0; lane < k_lanes<R>; lane += P::k_width) {
+    chunk.slots_in_use[lane / P::k_width] = slots_in_use(P::load(chunk.counts + lane), chunk.slot_count);
+    if constexpr (Stages<S>::gathers)
+      gather<S>(context, chunk, buffers, ahead, lane);
+    else
+      load_masses(context, chunk, buffers, lane);
   }
   if constexpr (Stages<S>::has_law) update_stress<S>(context, chunk, buffers);
-  for (int lane = 0; lane < k_lanes<R>; lane += P::k_width) prepare_map<S>(context, chunk, buffers, map, ahead, lane);
-  map_rows<S, Dim, R>(context, chunk, buffers, map, ahead);
+  if constexpr (Stages<S>::maps_momentum) map_all_rows<S, Dim, R>(context, chunk, buffers, ahead);
+  if constexpr (Stages<S>::maps_force) map_all_components<Dim, R>(context, chunk, buffers, ahead);
   ahead.rest();
   if constexpr (Stages<S>::moves && Stages<S>::has_law) {
     for (int m = 0; m < chunk.mover_count; ++m) {

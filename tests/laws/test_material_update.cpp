@@ -69,9 +69,8 @@ struct Points {
   template <int Dim, class Law>
   Outcome update_in(const Law& law, Real dt) {
     constexpr int lanes = k_lanes<Real>;
-    SlotLayout layout;
-    layout.F = 0;
-    layout.volume = Dim * Dim;
+    SlotLayout<Dim> layout;
+    layout.volume = layout.F + Dim * Dim;
     layout.history = layout.volume + 1;
     layout.field_count = layout.history + static_cast<int>(history.size());
     struct alignas(64) Line {
@@ -97,11 +96,12 @@ struct Points {
         gradients[p / lanes * F.size() + k].lane[p % lanes] = L[k][p];
       }
     }
-    LawChunk<Real> chunk;
-    chunk.slot_count = slots;
+    std::vector<int> slots_in_use(k_parts_max, slots);
+    LawChunk<Dim, Real> chunk;
+    chunk.slots_in_use = slots_in_use.data();
     chunk.slots = slot.data();
     chunk.counts = counts.lane;
-    chunk.layout = layout;
+    chunk.layout = &layout;
     chunk.dt = dt;
     chunk.L = gradients[0].lane;
     chunk.tau = stresses[0].lane;
