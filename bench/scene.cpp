@@ -11,28 +11,6 @@ constexpr double k_radius = 0.44;          // [m]
 constexpr double k_approach_speed = 0.05;  // [m/s], of each body
 constexpr double k_courant = 0.2;          // wave speed * dt / cell size: the particles move about 1 % of a cell in a step
 
-class SeedList final : public Layout {
- public:
-  explicit SeedList(Seeds seeds) : seeds_(std::move(seeds)) {}
-  Seeds fill(const Region&, const SeedingGrid&) const override { return seeds_; }
-  Input write(int) const override { return Input::table(); }
-
- private:
-  Seeds seeds_;
-};
-
-class EverywhereRegion final : public Region {
- public:
-  bool contains(const Vec3&) const override { return true; }
-  Vec3 lower() const override { return {-k_far, -k_far, -k_far}; }
-  Vec3 upper() const override { return {k_far, k_far, k_far}; }
-  std::optional<Real> measure(int) const override { return {}; }
-  Input write(int) const override { return Input::table(); }
-
- private:
-  static constexpr Real k_far = std::numeric_limits<Real>::infinity();
-};
-
 Vec3 centre_of(std::size_t body, int dim, double cell_size) {
   // One cell between the bodies: they share nodes, so contact is part of the work.
   const double x = k_radius + cell_size / 2;
@@ -156,9 +134,8 @@ Case make_case(const Scene& scene, StressOrder order, const std::string& precisi
   for (std::size_t body = 0; body < 2; ++body) {
     BodySpec spec;
     spec.name = body == 0 ? "left" : "right";
-    spec.region = std::make_shared<EverywhereRegion>();
     Seeds seeds{scene.position[body], std::vector<Real>(scene.position[body].size(), scene.volume)};
-    spec.layout = std::make_shared<SeedList>(std::move(seeds));
+    spec.layout = points_layout(std::move(seeds.position), std::move(seeds.volume));
     if (!scene.is_at_rest) spec.velocity = std::make_shared<BodyVelocity>(body, scene.dim, scene.cell_size);
     spec.material = material_registry().read(law.value_or(elastic), {scene.dim, "bench"}, "material");
     problem.bodies.push_back(std::move(spec));

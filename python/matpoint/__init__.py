@@ -1,18 +1,87 @@
-"""Python side of matpoint: reading and drawing what a run has written.
+"""matpoint: the material point method from a script or a notebook.
 
-    from matpoint import Results
-    results = Results("results/disks")
-    results.history["kinetic_energy"]                 # one value per row of history.csv
-    results.bodies["lower"].field("velocity", 3)      # the particles at the 4th written time
+    import matpoint as mp
+
+    case = mp.Case.from_toml("disks")                  # a case file, or the name of a shipped case
+    simulation = case.build()
+    simulation.run(until=1.0, progress=True)
+    simulation.history["kinetic_energy"]               # one number per row
+    simulation.bodies["lower"].velocity                # (n, dim), in the order of particle ids
+
+A script says everything that a case file can say, in the same words: `mp.Case(dim=2, grid=mp.Grid(...), body=[mp.Body(...)], ...)`.
+SI units throughout; in 2D all sums are per metre of thickness.
 """
 
-__all__ = ["Results", "ResultsError"]
+from __future__ import annotations
+
+import importlib
+import os
+from typing import TYPE_CHECKING, Any
+
+# Threads of GNU OpenMP that wait for each other spin for milliseconds, which makes runs on a busy machine many times slower. The library
+# reads this when it is loaded.
+os.environ.setdefault("GOMP_SPINCOUNT", "20000")
+
+if TYPE_CHECKING:
+    from matpoint import plot, results
+    from matpoint._core import InputError, SolverError
+    from matpoint.case import Case, CaseReport
+    from matpoint.functions import FunctionLaw, Where
+    from matpoint.parts import *  # noqa: F403
+    from matpoint.results import Results, ResultsError
+    from matpoint.simulation import BodyState, FieldArray, GridState, History, Simulation, set_threads, threads
+
+# Where the names come from. Imported on first use: reading and drawing results then needs no core, and running no matplotlib.
+_homes = {
+    "plot": "",
+    "results": "",
+    "InputError": "_core",
+    "SolverError": "_core",
+    "Case": "case",
+    "CaseReport": "case",
+    "FunctionLaw": "functions",
+    "Where": "functions",
+    "Results": "results",
+    "ResultsError": "results",
+    "BodyState": "simulation",
+    "FieldArray": "simulation",
+    "GridState": "simulation",
+    "History": "simulation",
+    "Simulation": "simulation",
+    "set_threads": "simulation",
+    "threads": "simulation",
+}
 
 
-def __getattr__(name: str):
-    # Imported on first use: `python -m matpoint.plot` passes through here and must be able to say that NumPy is missing.
-    if name in __all__:
-        import matpoint.results
-
-        return getattr(matpoint.results, name)
+def __getattr__(name: str) -> Any:
+    if name.startswith("__"):
+        if name == "__version__":
+            return importlib.import_module("matpoint._core").version()
+        if name == "__all__":
+            return [*_homes, "instruction_set", "shipped_cases", *importlib.import_module("matpoint.parts").__all__]
+        raise AttributeError(name)
+    if name in _homes:
+        home = importlib.import_module(f"matpoint.{_homes[name] or name}")
+        return getattr(home, name) if _homes[name] else home
+    parts = importlib.import_module("matpoint.parts")
+    if name in parts.__all__:
+        return getattr(parts, name)
     raise AttributeError(f"module 'matpoint' has no attribute '{name}'")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__getattr__("__all__")})
+
+
+def instruction_set() -> str:
+    """The SIMD instruction set that the kernels use: "avx512", "avx2" or "base".
+
+    Raises:
+        InputError: The environment variable MATPOINT_SIMD names one that this processor lacks.
+    """
+    return str(importlib.import_module("matpoint._core").instruction_set())
+
+
+def shipped_cases() -> list[str]:
+    """Names of the cases that come with matpoint, for `Case.from_toml`."""
+    return list(importlib.import_module("matpoint._core").shipped_cases())

@@ -1,4 +1,13 @@
-"""Draws the pictures of a results folder: `python -m matpoint.plot DIR`, or `matpoint plot DIR`.
+"""Pictures: energies, momentum, particles coloured by a field, profiles, probes, animations.
+
+    from matpoint import plot
+    plot.energies(simulation.history)                  # also of a Results folder
+    plot.particles(simulation, "von_mises")            # now; of a Results folder at some times
+    plot.profile(results, "pressure", along="y")
+    plot.animate(results, "velocity", "dam.gif")
+
+All functions return a matplotlib Figure (`animate` a path). As a program, `python -m matpoint.plot DIR` or `matpoint plot DIR` draws the
+pictures of a results folder into it:
 
     energies.png            energies of the whole system over time
     momentum.png            momentum over time, per body and in total
@@ -11,27 +20,39 @@ Exit code 2 when DIR is no results folder, a field or time does not exist, or a 
 from __future__ import annotations
 
 import argparse
+import io
 import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
 
 try:
     import h5py  # noqa: F401  (results.py reads with it; its absence shall be said here, in words)
     import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
     import numpy as np
-    from matplotlib.colors import ListedColormap, Normalize
+    from matplotlib.colors import Colormap, ListedColormap, Normalize
+    from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 except ImportError as missing:
+    if __name__ != "__main__":
+        raise
     print(
         f"error: {missing}: pictures need the Python packages numpy, matplotlib and h5py; this is {sys.executable}. Install them "
         "there, or set MATPOINT_PYTHON to a Python that has them",
         file=sys.stderr,
     )
     sys.exit(2)
+if __name__ == "__main__":
+    matplotlib.use("Agg")
+import matplotlib.pyplot as plt
 
-from matpoint.results import BodyFields, Results, ResultsError
+from matpoint.results import BodyFields, Floats, Results, ResultsError, did_you_mean, scalar_of
+
+if TYPE_CHECKING:
+    import pyvista
+    from matplotlib.axes import Axes
+
+    from matpoint.simulation import BodyState, History, Simulation
 
 STYLE = {
     "figure.dpi": 150,
@@ -51,61 +72,160 @@ COLORS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F
 PANELS = 6
 
 
-def dissipated_energy(history: dict[str, np.ndarray]) -> np.ndarray:
+def dissipated_energy(history: Mapping[str, Floats]) -> Floats:
     """Energy that damping and viscosity have taken [J], shape (rows,)."""
     return history["damping_dissipation"] + history["viscous_dissipation"]
 
 
-def total_energy(history: dict[str, np.ndarray]) -> np.ndarray:
-    """Kinetic + strain + gravitational + dissipated + removed - work of the boundaries [J], shape (rows,).
+def total_energy(history: Mapping[str, Floats]) -> Floats:
+    """Kinetic + strain + gravitational + dissipated + removed - work of boundaries and body forces [J], shape (rows,).
 
     It is constant but for what the transfers between particles and grid take (the column transfer_loss).
     """
     stored = history["kinetic_energy"] + history["strain_energy"] + history["gravitational_energy"]
-    return stored + dissipated_energy(history) + history["removed_energy"] - history["boundary_work"]
+    return stored + dissipated_energy(history) + history["removed_energy"] - outer_work(history)
 
 
-def plot_energies(results: Results) -> plt.Figure:
-    """Energies over time; parts that are zero throughout are left out."""
-    history = results.history
+def outer_work(history: Mapping[str, Floats]) -> Floats:
+    """Work of moving boundaries and of body forces other than gravity [J], shape (rows,)."""
+    work = history["boundary_work"]
+    return work + history["body_force_work"] if "body_force_work" in history else work
+
+
+class Particles(Protocol):
+    """The particles of one body at some times, from a file or from a simulation."""
+
+    name: str
+    times: Floats
+    names: list[str]
+    is_fluid: bool
+
+    def positions(self, index: int) -> Floats:
+        """Positions [m], shape (n, 3)."""
+
+    def field(self, name: str, index: int) -> Floats:
+        """A field, shape (n,) or (n, components)."""
+
+    def scalar(self, name: str, index: int) -> Floats:
+        """One number per particle."""
+
+
+class Scene(Protocol):
+    """What pictures of particles need to know of a results folder or a simulation."""
+
+    dim: int
+    title: str
+    case: Mapping[str, Any]
+
+    @property
+    def bodies(self) -> Mapping[str, Particles]:
+        """The bodies by name."""
+
+    def unit(self, field_name: str) -> str:
+        """Unit of a field."""
+
+
+class _LiveBody:
+    """A body of a simulation as pictures see it."""
+
+    def __init__(self, state: BodyState, time: float, is_fluid: bool) -> None:
+        self.name = state.name
+        self.times = np.array([time])
+        self.names = [name for name in state.fields if name != "position"]
+        self.is_fluid = is_fluid
+        self._state = state
+
+    def positions(self, index: int) -> Floats:
+        x = np.asarray(self._state.position)
+        return np.pad(x, ((0, 0), (0, 3 - x.shape[1])))
+
+    def field(self, name: str, index: int) -> Floats:
+        if name not in self.names:
+            raise ResultsError(f'body "{self.name}" has no field "{name}", it has: {", ".join(self.names)}{did_you_mean(name, self.names)}')
+        values = np.asarray(self._state.field(name))
+        if values.ndim == 3:
+            return values.reshape(len(values), 9)[:, [0, 4, 8, 1, 5, 2]] if name == "stress" else values.reshape(len(values), 9)
+        return np.pad(values, ((0, 0), (0, 1))) if values.ndim == 2 and values.shape[1] == 2 else values
+
+    def scalar(self, name: str, index: int) -> Floats:
+        return scalar_of(self, name, index)
+
+
+class _LiveScene:
+    """A simulation as pictures see it."""
+
+    units = {"velocity": "m/s", "stress": "Pa", "von_mises": "Pa", "pressure": "Pa", "mass": "kg", "volume": "m^3"}
+
+    def __init__(self, simulation: Simulation) -> None:
+        self.case = simulation._core.resolved()
+        self.dim = int(self.case["dim"])
+        self.title = str(self.case.get("title") or simulation.case.name)
+        fluids = {body["name"] for body in self.case["body"] if "viscosity" in body.get("material", {})}
+        self.bodies = {name: _LiveBody(state, simulation.time, name in fluids) for name, state in simulation.bodies.items()}
+
+    def unit(self, field_name: str) -> str:
+        return self.units.get(field_name, self.units.get(field_name.rpartition("_")[0], ""))
+
+
+def _scene_of(source: Results | Simulation) -> Scene:
+    return source if isinstance(source, Results) else _LiveScene(source)
+
+
+def _history_of(source: Results | Simulation | History | Mapping[str, Floats]) -> Mapping[str, Floats]:
+    return source if isinstance(source, Mapping) else source.history
+
+
+def energies(source: Results | Simulation | History | Mapping[str, Floats]) -> Figure:
+    """Energies [J] over time [s]; parts that are zero throughout are left out.
+
+    Args:
+        source: A results folder, a simulation, or its history.
+    """
+    history = _history_of(source)
+    dim = 3 if "momentum_z" in history else 2
     figure, axes = plt.subplots(figsize=(6.4, 3.8))
     parts = [
         ("kinetic", history["kinetic_energy"]),
         ("strain", history["strain_energy"]),
         ("gravitational", history["gravitational_energy"]),
         ("dissipated", dissipated_energy(history)),
-        ("work of boundaries", history["boundary_work"]),
+        ("work from outside", outer_work(history)),
         ("removed", history["removed_energy"]),
     ]
     for (label, values), color in zip(parts, COLORS):
         if np.any(values != 0):
             axes.plot(history["time"], values, label=label, color=color)
     axes.plot(history["time"], total_energy(history), label="total", color="black", linestyle="--")
-    axes.set(xlabel="time [s]", ylabel="energy [J]" if results.dim == 3 else "energy per thickness [J/m]", title=title_of(results))
+    axes.set(xlabel="time [s]", ylabel="energy [J]" if dim == 3 else "energy per thickness [J/m]", title=_title_of(source))
     axes.margins(x=0)
     axes.legend(loc="center left", bbox_to_anchor=(1, 0.5))
     return figure
 
 
-def plot_momentum(results: Results) -> plt.Figure:
-    """Momentum over time, one panel per direction."""
-    history = results.history
-    figure, panels = plt.subplots(results.dim, 1, figsize=(6.4, 1.2 + 1.7 * results.dim), sharex=True)
+def momentum(source: Results | Simulation | History | Mapping[str, Floats]) -> Figure:
+    """Momentum [N s] over time [s], one panel per direction.
+
+    Args:
+        source: A results folder, a simulation, or its history.
+    """
+    history = _history_of(source)
+    dim = 3 if "momentum_z" in history else 2
+    figure, panels = plt.subplots(dim, 1, figsize=(6.4, 1.2 + 1.7 * dim), sharex=True)
     bodies = [name.removesuffix(".mass") for name in history if name.endswith(".mass")]
     for axes, direction in zip(panels, "xyz"):
         if len(bodies) > 1:
             for number, body in enumerate(bodies):
                 axes.plot(history["time"], history[f"{body}.momentum_{direction}"], label=body, color=COLORS[number % len(COLORS)])
         axes.plot(history["time"], history[f"momentum_{direction}"], label="total", color="black", linestyle="--")
-        axes.set_ylabel(f"{direction} [N s]" if results.dim == 3 else f"{direction} [N s/m]")
+        axes.set_ylabel(f"{direction} [N s]" if dim == 3 else f"{direction} [N s/m]")
         axes.margins(x=0)
-    panels[0].set_title(title_of(results, "momentum"))
+    panels[0].set_title(_title_of(source, "momentum"))
     panels[-1].set_xlabel("time [s]")
     panels[0].legend(loc="upper left", bbox_to_anchor=(1, 1))
     return figure
 
 
-def plot_probes(results: Results) -> plt.Figure:
+def probes(results: Results) -> Figure:
     """Position, velocity and stress of the probes' particles over time."""
     names = list(results.probes)
     quantities = [("position", "m"), ("velocity", "m/s"), ("stress", "Pa")]
@@ -125,7 +245,7 @@ def plot_probes(results: Results) -> plt.Figure:
     return figure
 
 
-def choose_times(bodies: list[BodyFields], wanted: list[float] | None) -> list[int]:
+def choose_times(bodies: Sequence[Particles], wanted: Sequence[float] | None) -> list[int]:
     """Indices of the written times that are nearest to the wanted ones; without these, a few evenly spaced.
 
     Raises:
@@ -147,7 +267,7 @@ def choose_times(bodies: list[BodyFields], wanted: list[float] | None) -> list[i
     return sorted({int(np.argmin(np.abs(times - t))) for t in wanted})
 
 
-def default_fields(bodies: list[BodyFields]) -> list[str]:
+def default_fields(bodies: Sequence[Particles]) -> list[str]:
     """Von Mises stress if there is a solid, pressure if there is a fluid; what the files have if they have neither."""
     wanted = (["von_mises"] if any(not b.is_fluid for b in bodies) else []) + (["pressure"] if any(b.is_fluid for b in bodies) else [])
     present = [name for name in wanted if all(name in body.names for body in bodies)]
@@ -156,7 +276,7 @@ def default_fields(bodies: list[BodyFields]) -> list[str]:
     return [name for name in ("velocity", "J", "body", "id") if all(name in body.names for body in bodies)][:1]
 
 
-def particle_size(body: BodyFields, dim: int) -> float:
+def particle_size(body: Particles, dim: int) -> float:
     """Edge [m] of the square or cube that a particle stands for."""
     if "volume" in body.names:
         return float(np.median(body.field("volume", 0))) ** (1 / dim)
@@ -165,14 +285,14 @@ def particle_size(body: BodyFields, dim: int) -> float:
     return float(np.prod(extent) / len(positions)) ** (1 / dim)
 
 
-def grid_box(results: Results) -> tuple[np.ndarray, np.ndarray]:
+def grid_box(scene: Scene) -> tuple[Floats, Floats]:
     """Corners [m] of the grid, each of shape (dim,)."""
-    grid = results.case["grid"]
-    lower = np.array(grid.get("lower", [0.0] * results.dim), dtype=float)
+    grid = scene.case["grid"]
+    lower = np.array(grid.get("lower", [0.0] * scene.dim), dtype=float)
     return lower, np.array(grid["upper"], dtype=float)
 
 
-def color_scale(values: np.ndarray) -> tuple[Normalize, str, str]:
+def color_scale(values: Floats) -> tuple[Normalize, str, str]:
     """Norm, colour map and the `extend` of the colour bar for values of one sign or of both.
 
     A few particles in free flight or at a contact often have a hundred times the stress of the rest; the scale covers the
@@ -206,24 +326,26 @@ def panel_grid(count: int, aspect: float) -> tuple[int, int]:
     return -(-count // columns), columns
 
 
-def draw_particles(axes: plt.Axes, results: Results, index: int, field: str, norm: Normalize, cmap: str | ListedColormap) -> list:
+def draw_particles(
+    axes: Axes, scene: Scene, index: int, field: str, norm: Normalize, cmap: str | Colormap
+) -> list[tuple[Any, float]]:
     """Draws all bodies at one written time. Returns the scatters with their particle sizes [m]."""
     drawn = []
-    for body in results.bodies.values():
+    for body in scene.bodies.values():
         positions = body.positions(index)
         values = body.scalar(field, index)
-        if results.dim == 3:
+        if scene.dim == 3:
             # Far ones first: the view is the standard isometric one of project().
             order = np.argsort(positions @ np.array([1.0, 1.0, 1.0]))
             positions, values = positions[order], values[order]
-        points = project(positions, results.dim)
-        marker = "s" if results.dim == 2 else "o"
+        points = project(positions, scene.dim)
+        marker = "s" if scene.dim == 2 else "o"
         scatter = axes.scatter(points[:, 0], points[:, 1], c=values, norm=norm, cmap=cmap, marker=marker, linewidths=0, rasterized=True)
-        drawn.append((scatter, particle_size(body, results.dim)))
+        drawn.append((scatter, particle_size(body, scene.dim)))
     return drawn
 
 
-def project(positions: np.ndarray, dim: int) -> np.ndarray:
+def project(positions: Floats, dim: int) -> Floats:
     """Positions in the picture's plane [m], shape (n, 2): x and y in 2D, an isometric view with y upward in 3D.
 
     The viewer is at (1, 1, 1): x comes to the front on the right, z on the left.
@@ -234,10 +356,10 @@ def project(positions: np.ndarray, dim: int) -> np.ndarray:
     return np.stack([(x - z) / np.sqrt(2), np.sqrt(2 / 3) * y - (x + z) / np.sqrt(6)], axis=1)
 
 
-def draw_grid_box(axes: plt.Axes, results: Results) -> None:
+def draw_grid_box(axes: Axes, scene: Scene) -> None:
     """The outline of the grid."""
-    lower, upper = grid_box(results)
-    dim = results.dim
+    lower, upper = grid_box(scene)
+    dim = scene.dim
     corners = np.array([[(lower, upper)[(k >> d) & 1][d] if d < dim else 0.0 for d in range(3)] for k in range(2**dim)])
     points = project(corners, dim)
     for k in range(2**dim):
@@ -251,24 +373,27 @@ def draw_grid_box(axes: plt.Axes, results: Results) -> None:
     axes.set_ylim(points[:, 1].min() - margin, points[:, 1].max() + margin)
 
 
-def plot_particles(results: Results, field: str, wanted_times: list[float] | None = None) -> plt.Figure:
+def particles(source: Results | Simulation, field: str | None = None, times: Sequence[float] | None = None) -> Figure:
     """All particles coloured by a field, one panel per time, on one colour scale.
 
     Args:
-        field: A field of the VTKHDF files, or a component of one: stress_xy.
-        wanted_times: Times [s]; the nearest written ones are taken. Default: six, evenly spaced.
+        source: A results folder, or a simulation as it is now.
+        field: A field, or a component of one: stress_xy; "body" colours by body. Default: von Mises stress, or pressure of fluids.
+        times: Times [s] of a results folder; the nearest written ones are taken. Default: six, evenly spaced.
 
     Raises:
         ResultsError: A body lacks the field, or a time was not written.
     """
-    bodies = list(results.bodies.values())
-    indices = choose_times(bodies, wanted_times)
+    scene = _scene_of(source)
+    bodies = list(scene.bodies.values())
+    indices = choose_times(bodies, times)
+    field = field or (default_fields(bodies) or ["body"])[0]
     if field == "body":
         norm, cmap, extend = Normalize(-0.5, len(COLORS) - 0.5), ListedColormap(COLORS), "neither"
     else:
         norm, cmap, extend = color_scale(np.concatenate([body.scalar(field, i) for i in indices for body in bodies]))
-    lower, upper = grid_box(results)
-    box = project(np.stack([lower, upper]), 2) if results.dim == 2 else np.array([[0, 0], [1.0, 1.0]])
+    lower, upper = grid_box(scene)
+    box = project(np.stack([lower, upper]), 2) if scene.dim == 2 else np.array([[0, 0], [1.0, 1.0]])
     aspect = float(np.clip(np.ptp(box[:, 1]) / np.ptp(box[:, 0]), 0.15, 6))
     rows, columns = panel_grid(len(indices), aspect)
     width = min(9.0 / columns, 9.0 / (rows * aspect), 4.5)
@@ -278,24 +403,24 @@ def plot_particles(results: Results, field: str, wanted_times: list[float] | Non
     drawn = []
     for axes, index in zip(panels.flat, indices):
         axes.grid(False)
-        draw_grid_box(axes, results)
-        drawn += [(axes, *item) for item in draw_particles(axes, results, index, field, norm, cmap)]
+        draw_grid_box(axes, scene)
+        drawn += [(axes, *item) for item in draw_particles(axes, scene, index, field, norm, cmap)]
         axes.set_title(f"t = {bodies[0].times[index]:.4g} s")
     for axes in panels.flat[len(indices) :]:
         axes.set_visible(False)
-    label_panels(panels, len(indices), results.dim)
-    unit = results.unit(field)
+    label_panels(panels, len(indices), scene.dim)
+    unit = scene.unit(field)
     if field == "body":
-        patches = [Patch(color=cmap(norm(int(body.scalar(field, indices[0])[0]))), label=name) for name, body in results.bodies.items()]
+        patches = [Patch(color=cmap(norm(int(body.scalar(field, indices[0])[0]))), label=name) for name, body in scene.bodies.items()]
         figure.legend(handles=patches, loc="outside right center")
     else:
         figure.colorbar(drawn[0][1], ax=panels, label=f"{field} [{unit}]" if unit else field, extend=extend, shrink=0.9, pad=0.02)
-    figure.suptitle(title_of(results), fontsize=10)
+    figure.suptitle(_title_of(source), fontsize=10)
     size_markers(figure, drawn)
     return figure
 
 
-def label_panels(panels: np.ndarray, count: int, dim: int) -> None:
+def label_panels(panels: Any, count: int, dim: int) -> None:
     """Axis labels at the outer panels; an isometric view has no axes to label."""
     rows, columns = panels.shape
     for number, axes in enumerate(panels.flat):
@@ -309,7 +434,7 @@ def label_panels(panels: np.ndarray, count: int, dim: int) -> None:
             axes.tick_params(labelbottom=True)
 
 
-def size_markers(figure: plt.Figure, drawn: list) -> None:
+def size_markers(figure: Figure, drawn: list[tuple[Any, Any, float]]) -> None:
     """Gives every marker the size that its particle has in the picture, once the layout is known."""
     figure.canvas.draw()
     for axes, scatter, size in drawn:
@@ -318,10 +443,132 @@ def size_markers(figure: plt.Figure, drawn: list) -> None:
         scatter.set_sizes([max(0.6, 1.02 * size * points_per_meter) ** 2])
 
 
-def title_of(results: Results, what: str = "") -> str:
-    """The case's title, or its name."""
-    title = results.case.get("title") or results.manifest.get("case_name", results.folder.name)
-    return f"{title}: {what}" if what else title
+def _title_of(source: Any, what: str = "") -> str:
+    """The case's title, or its name; nothing for a bare history."""
+    title = "" if isinstance(source, Mapping) else _scene_of(source).title
+    return f"{title}: {what}" if what and title else title or what
+
+
+def profile(
+    source: Results | Simulation,
+    field: str,
+    along: str = "y",
+    *,
+    times: Sequence[float] | None = None,
+    bodies: Sequence[str] | None = None,
+) -> Figure:
+    """A field of all particles over one coordinate [m], e.g. the velocity of a channel flow over y.
+
+    Args:
+        source: A results folder, or a simulation as it is now.
+        field: A scalar field, or a component: velocity_x. A vector is drawn by its magnitude.
+        along: "x", "y" or "z".
+        times: Times [s] of a results folder; the nearest written ones are taken. Default: the last.
+        bodies: Names; default: all.
+
+    Raises:
+        ResultsError: A body, field, direction or time does not exist.
+    """
+    scene = _scene_of(source)
+    if along not in tuple("xyz"[: scene.dim]):
+        raise ResultsError(f'along = "{along}" is not allowed, it must be one of {", ".join("xyz"[: scene.dim])}')
+    for name in bodies or []:
+        if name not in scene.bodies:
+            raise ResultsError(f'there is no body "{name}"{did_you_mean(name, list(scene.bodies))}')
+    chosen = [scene.bodies[name] for name in bodies or scene.bodies]
+    indices = choose_times(chosen, times if times is not None else [float(chosen[0].times[-1])] if len(chosen[0].times) else None)
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(5.2, 3.6))
+        for number, (index, body) in enumerate((i, b) for i in indices for b in chosen):
+            axes.plot(
+                body.positions(index)[:, "xyz".index(along)],
+                body.scalar(field, index),
+                ".",
+                markersize=3,
+                color=COLORS[number % len(COLORS)],
+                label=f"{body.name}, t = {body.times[index]:.4g} s",
+            )
+        unit = scene.unit(field)
+        axes.set(xlabel=f"{along} [m]", ylabel=f"{field} [{unit}]" if unit else field, title=scene.title)
+        axes.legend(loc="upper left", bbox_to_anchor=(1, 1))
+    return figure
+
+
+def animate(results: Results, field: str, path: str | Path, *, frames_per_second: float = 10) -> Path:
+    """An animation of all written times, particles coloured by a field.
+
+    Args:
+        results: A results folder.
+        field: As for `particles`.
+        path: A .gif file, written with Pillow; or .mp4, which needs the program ffmpeg.
+        frames_per_second: Written times per second.
+
+    Returns:
+        The path.
+
+    Raises:
+        ResultsError: The ending is another one, ffmpeg is missing, nothing was written, or the field does not exist.
+    """
+    from matplotlib import animation
+
+    path = Path(path)
+    if path.suffix not in (".gif", ".mp4"):
+        raise ResultsError(f'"{path}": animations end in .gif or .mp4')
+    if path.suffix == ".mp4" and not animation.writers.is_available("ffmpeg"):
+        raise ResultsError(f'"{path}": .mp4 needs the program ffmpeg, which is not installed; take .gif')
+    bodies = list(results.bodies.values())
+    count = len(choose_times(bodies, [float(t) for t in bodies[0].times] if bodies else None))
+    norm, cmap, _ = color_scale(np.concatenate([body.scalar(field, i) for i in range(count) for body in bodies]))
+    lower, upper = grid_box(results)
+    aspect = float(np.clip((upper[1] - lower[1]) / (upper[0] - lower[0]), 0.3, 3)) if results.dim == 2 else 1.0
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(5.6, 5.0 * aspect + 0.8))
+
+        def draw(index: int) -> list[Any]:
+            axes.clear()
+            axes.grid(False)
+            draw_grid_box(axes, results)
+            drawn = [(axes, *item) for item in draw_particles(axes, results, index, field, norm, cmap)]
+            axes.set_title(f"{results.title}, t = {bodies[0].times[index]:.4g} s")
+            size_markers(figure, drawn)
+            return [item[1] for item in drawn]
+
+        moving = animation.FuncAnimation(figure, draw, frames=count, init_func=lambda: [])
+        writer: Any = "ffmpeg" if path.suffix == ".mp4" else animation.PillowWriter(fps=frames_per_second)  # type: ignore[arg-type]
+        moving.save(path, writer=writer, fps=frames_per_second)
+        plt.close(figure)
+    return path
+
+
+def to_pyvista(body: BodyState | BodyFields, index: int = -1) -> pyvista.PolyData:
+    """The particles of a body with all their fields as a PyVista object.
+
+    Args:
+        body: A body of a simulation, or of a results folder.
+        index: Which written time of a results folder; default: the last.
+
+    Returns:
+        A point cloud: `to_pyvista(body).plot(scalars="pressure")`.
+
+    Raises:
+        ImportError: The package pyvista is not installed.
+    """
+    import pyvista
+
+    source: Particles = body if isinstance(body, BodyFields) else _LiveBody(body, 0.0, False)
+    index = index % len(source.times)
+    cloud = pyvista.PolyData(np.asarray(source.positions(index), dtype=float))
+    for name in source.names:
+        cloud.point_data[name] = source.field(name, index)
+    return cloud
+
+
+def png_of(figure: Figure) -> bytes:
+    """The figure as a PNG picture; closes it."""
+    stream = io.BytesIO()
+    figure.savefig(stream, format="png")
+    plt.close(figure)
+    return stream.getvalue()
 
 
 def draw_all(results: Results, fields: list[str] | None, times: list[float] | None) -> list[Path]:
@@ -329,16 +576,16 @@ def draw_all(results: Results, fields: list[str] | None, times: list[float] | No
     figures = {}
     with plt.rc_context(STYLE):
         if len(results.history.get("time", [])) > 1:
-            figures["energies"] = plot_energies(results)
-            figures["momentum"] = plot_momentum(results)
+            figures["energies"] = energies(results)
+            figures["momentum"] = momentum(results)
         bodies = list(results.bodies.values())
         if bodies:
             for name in fields or default_fields(bodies):
-                figures[f"particles_{name}"] = plot_particles(results, name, times)
+                figures[f"particles_{name}"] = particles(results, name, times)
         elif fields or times:
             raise ResultsError(f'"{results.folder}" holds no .vtkhdf file: the case\'s output.formats must contain "vtkhdf"')
         if any(len(table["time"]) > 1 for table in results.probes.values()):
-            figures["probes"] = plot_probes(results)
+            figures["probes"] = probes(results)
         paths = []
         for name, figure in figures.items():
             paths.append(results.folder / f"{name}.png")

@@ -7,11 +7,20 @@ from __future__ import annotations
 
 import csv
 import difflib
-import tomllib
+import sys
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+Floats = NDArray[np.float64]
 
 COMPONENTS = {
     3: ("x", "y", "z"),
@@ -30,13 +39,13 @@ def did_you_mean(name: str, known: list[str]) -> str:
     return f'; did you mean "{nearest[0]}"?' if nearest else ""
 
 
-def read_table(path: Path) -> dict[str, np.ndarray]:
+def read_table(path: Path) -> dict[str, Floats]:
     """Columns of a CSV file that has its names in the first line.
 
     Returns:
         Column name -> float64 array, shape (rows,). A last row that was cut short is left out.
     """
-    with open(path, newline="", encoding="utf-8") as file:
+    with path.open(newline="", encoding="utf-8") as file:
         rows = list(csv.reader(file))
     if not rows:
         raise ResultsError(f'"{path}" is empty')
@@ -47,6 +56,31 @@ def read_table(path: Path) -> dict[str, np.ndarray]:
         raise ResultsError(f'"{path}" is no table of numbers: {error}') from error
     values = values.reshape(-1, len(names))
     return {name: values[:, column] for column, name in enumerate(names)}
+
+
+class _HasFields(Protocol):
+    names: list[str]
+
+    def field(self, name: str, index: int) -> Floats: ...
+
+
+def scalar_of(body: _HasFields, name: str, index: int) -> Floats:
+    """One number per particle, shape (n,): a scalar field, a vector's magnitude, or a component: `stress_xy`. Raises ResultsError."""
+    base, _, component = name.rpartition("_")
+    if name in body.names or base not in body.names:
+        values = body.field(name, index)
+        if values.ndim == 1:
+            return values
+        if values.shape[1] == 3:
+            magnitude: Floats = np.linalg.norm(values, axis=1)
+            return magnitude
+        components = ", ".join(f"{name}_{suffix}" for suffix in COMPONENTS[values.shape[1]])
+        raise ResultsError(f'field "{name}" is a tensor; give one of its components: {components}')
+    values = body.field(base, index)
+    known = COMPONENTS.get(values.shape[1], ()) if values.ndim == 2 else ()
+    if component not in known:
+        raise ResultsError(f'field "{base}" has no component "{component}", it has: {", ".join(known) or "none"}')
+    return values[:, known.index(component)]
 
 
 @dataclass
@@ -64,9 +98,9 @@ class BodyFields:
     name: str
     path: Path
     is_fluid: bool = False
-    times: np.ndarray = field(init=False)
+    times: Floats = field(init=False)
     names: list[str] = field(init=False)
-    _offsets: np.ndarray = field(init=False)
+    _offsets: NDArray[np.int64] = field(init=False)
 
     def __post_init__(self) -> None:
         import h5py
@@ -83,35 +117,22 @@ class BodyFields:
             raise ResultsError(f'"{self.path}" is not a VTKHDF file of matpoint: {error}') from error
         self._offsets = np.stack([begins, begins + sizes], axis=1).astype(int)
 
-    def positions(self, index: int) -> np.ndarray:
+    def positions(self, index: int) -> Floats:
         """Particle positions [m] at the time `times[index]`, shape (n, 3); z = 0 in 2D."""
         return self._read("Points", index)
 
-    def field(self, name: str, index: int) -> np.ndarray:
+    def field(self, name: str, index: int) -> Floats:
         """A field at the time `times[index]`, shape (n,) or (n, components), in the order of particle ids."""
         if name not in self.names:
             known = ", ".join(self.names)
             raise ResultsError(f'body "{self.name}" has no field "{name}", it has: {known}{did_you_mean(name, self.names)}')
         return self._read(f"PointData/{name}", index)
 
-    def scalar(self, name: str, index: int) -> np.ndarray:
+    def scalar(self, name: str, index: int) -> Floats:
         """One number per particle, shape (n,): a scalar field, `velocity` as its magnitude, or a component: `stress_xy`."""
-        base, _, component = name.rpartition("_")
-        if name in self.names or base not in self.names:
-            values = self.field(name, index)
-            if values.ndim == 1:
-                return values
-            if values.shape[1] == 3:
-                return np.linalg.norm(values, axis=1)
-            components = ", ".join(f"{name}_{suffix}" for suffix in COMPONENTS[values.shape[1]])
-            raise ResultsError(f'field "{name}" is a tensor; give one of its components: {components}')
-        values = self.field(base, index)
-        known = COMPONENTS.get(values.shape[1], ()) if values.ndim == 2 else ()
-        if component not in known:
-            raise ResultsError(f'field "{base}" has no component "{component}", it has: {", ".join(known) or "none"}')
-        return values[:, known.index(component)]
+        return scalar_of(self, name, index)
 
-    def _read(self, dataset: str, index: int) -> np.ndarray:
+    def _read(self, dataset: str, index: int) -> Floats:
         import h5py
 
         begin, end = self._offsets[index]
@@ -129,6 +150,7 @@ class Results:
         manifest: Everything in manifest.toml.
         case: The resolved case.
         dim: 2 or 3.
+        title: The case's title, or its name.
         history: Columns of history.csv, each of shape (rows,); empty when there is none.
         probes: For each probe its columns.
         bodies: For each body with a VTKHDF file its fields.
@@ -151,6 +173,7 @@ class Results:
         except (tomllib.TOMLDecodeError, UnicodeDecodeError, KeyError) as error:
             raise ResultsError(f'"{path}" is not a manifest of matpoint: {error}') from error
         self.dim = int(self.case.get("dim", 2))
+        self.title = str(self.case.get("title") or self.manifest.get("case_name", self.folder.name))
         self.history = read_table(self.folder / "history.csv") if (self.folder / "history.csv").is_file() else {}
         self.probes = {
             file.stem.removeprefix("probe_"): read_table(file) for file in sorted(self.folder.glob("probe_*.csv"))
@@ -165,3 +188,23 @@ class Results:
         """Unit of a field or of a component of it, as text; empty when the manifest does not know it."""
         units = self.manifest.get("units", {}).get("fields", {})
         return units.get(field_name, units.get(field_name.rpartition("_")[0], ""))
+
+    def __repr__(self) -> str:
+        return f"<results of {self.manifest.get('case_name')}: {self.manifest.get('status')}, t = {self.manifest.get('time')} s, in {self.folder}>"
+
+    def _repr_png_(self) -> bytes:
+        from matpoint import plot
+
+        return plot.png_of(plot.particles(self) if self.bodies else plot.energies(self))
+
+
+def open(path: str | Path) -> Results:
+    """A results folder: `open("results/dam").bodies["water"].field("pressure", -1)`.
+
+    Args:
+        path: The folder that `matpoint run` or `Simulation.run(output=...)` wrote.
+
+    Raises:
+        ResultsError: The folder is none that matpoint wrote.
+    """
+    return Results(path)

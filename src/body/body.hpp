@@ -45,6 +45,7 @@ class Body {
   virtual BodyTotals totals(const Vec3& gravity) const = 0;
   virtual std::vector<std::string> field_names() const = 0;
   virtual Field field(const std::string& name, std::size_t body) const = 0;
+  virtual void set_field(const std::string& name, const std::vector<Real>& values) = 0;
   virtual Index memory() const = 0;
   virtual Occupancy occupancy() const = 0;
 };

@@ -220,6 +220,20 @@ Index CellBlocks<Dim, R>::lane_count() const {
   return slots * L;
 }
 
+template <int Dim, class R>
+void CellBlocks<Dim, R>::remove_all() {
+  for (Band& band : bands_) {
+    for (const BlockRow<BlockType>& row : band.rows) {
+      for (BlockType* block : row.blocks) {
+        if (block == nullptr) continue;
+        std::fill_n(block->counts, L, R{0});
+        block->slot_count = 0;
+      }
+    }
+    prune(band);
+  }
+}
+
 template class CellBlocks<2, double>;
 template class CellBlocks<3, double>;
 template class CellBlocks<2, float>;

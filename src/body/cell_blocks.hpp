@@ -164,6 +164,8 @@ class CellBlocks {
   void extract(Band& band, BlockType& block, std::vector<Mover<R>>& movers);
   /// Gives back blocks without particles, and pages that are not needed. All even bands, then all odd ones, may run side by side.
   void prune(Band& band);
+  /// Leaves all cells empty; the number of particles stays as it is, for they are to come back.
+  void remove_all();
   /// Adds to the number of particles; insert and extract do not count, because they run side by side.
   void add_to_count(Index change) { count_ += change; }
 

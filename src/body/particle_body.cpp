@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "core/parallel.hpp"
+#include "kernel/function_law.hpp"
 
 namespace matpoint {
 namespace {
@@ -74,10 +75,7 @@ ParticleBody<Dim, R>::ParticleBody(const BodySpec& spec, Grid<Dim, R>& grid)
   seed(spec, fmt::format("{}{}body \"{}\"", spec.place, spec.place.empty() ? "" : ": ", spec.name), grid);
   reports_.resize(blocks_->bands().size());
   arrivals_.resize(blocks_->bands().size());
-  for_each_particle([&](const Particle& p) {
-    const Vec3 v = velocity(p);
-    for (int d = 0; d < Dim; ++d) speed_max_[d] = std::max(speed_max_[d], std::abs(v[static_cast<std::size_t>(d)]));
-  });
+  measure_extremes();
 }
 
 template <int Dim, class R>
@@ -85,7 +83,7 @@ void ParticleBody<Dim, R>::seed(const BodySpec& spec, const std::string& where, 
   const GridGeometry geometry = grid.geometry();
   const Seeds seeds = [&] {
     try {
-      return spec.layout->fill(*spec.region, {Dim, geometry.lower, geometry.cell_size});
+      return spec.layout->fill(spec.region.get(), {Dim, geometry.lower, geometry.cell_size});
     } catch (const InputError& error) {
       throw InputError("{}: {}", where, error.what());
     }
@@ -154,7 +152,7 @@ SweepContext<Dim, R> ParticleBody<Dim, R>::make_context(Real dt, Real flip) cons
   context.flip = static_cast<R>(flip);
   for (int d = 0; d < Dim; ++d) context.inverse_cell_size[d] = static_cast<R>(1 / grid_.cell_size(d));
   context.law = material_->law_data();
-  context.law_kernel = kernels_.laws[material_->law_index()];
+  context.law_kernel = material_->law_index() >= 0 ? kernels_.laws[material_->law_index()] : &update_function_law<Dim, R>;
   std::fill_n(context.J_min, k_lanes<R>, R{1});
   std::fill_n(context.J_max, k_lanes<R>, R{1});
   return context;
@@ -180,6 +178,7 @@ void ParticleBody<Dim, R>::sweep(Sweep what, Real dt, Real flip) {
     reports_[b].moved = 0;
     sweep_band(what, b, reports_[b]);
   });
+  material_->rethrow();
   collect(what, reports_);
   if (!moves(what)) return;
   settle(what);

@@ -26,6 +26,7 @@ class ParticleBody final : public Body<Dim> {
   BodyTotals totals(const Vec3& gravity) const override;
   std::vector<std::string> field_names() const override;
   Field field(const std::string& name, std::size_t body) const override;
+  void set_field(const std::string& name, const std::vector<Real>& values) override;
   Index memory() const override { return blocks_->memory(); }
   Occupancy occupancy() const override;
 
@@ -87,6 +88,14 @@ class ParticleBody final : public Body<Dim> {
   Real J(const Particle& p) const;
   std::array<Real, 6> cauchy_stress(const Particle& p) const;
   BodyTotals totals_of(const Particle& p, const Vec3& gravity) const;
+  void set_velocity(const std::vector<Real>& values);
+  void set_deformation_gradient(const std::vector<Real>& values);
+  void set_position(const std::vector<Real>& values);
+  /// Calls f(fields, stride, row) for all particles; row: place in the fields that are handed out.
+  template <class F>
+  void change_each_particle(F&& f);
+  /// What the stable time step depends on, from the particles as they are.
+  void measure_extremes();
   /// Row of each id in the fields that are handed out, or -1 for ids that were removed.
   std::vector<std::int32_t> rows_of_ids() const;
 

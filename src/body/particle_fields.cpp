@@ -202,6 +202,123 @@ Field ParticleBody<Dim, R>::field(const std::string& name, std::size_t body) con
                    did_you_mean(name, field_names()));
 }
 
+template <int Dim, class R>
+void ParticleBody<Dim, R>::set_field(const std::string& name, const std::vector<Real>& values) {
+  const std::vector<std::string> names = field_names();
+  if (std::find(names.begin(), names.end(), name) == names.end()) {
+    throw InputError("body \"{}\" has no field \"{}\", it has {}{}", name_, name, list_names(names), did_you_mean(name, names));
+  }
+  const auto refuse = [&](const char* reason) { throw InputError("body \"{}\": {} cannot be assigned: {}", name_, name, reason); };
+  if (name == "stress" || name == "von_mises" || name == "pressure") refuse("the stress follows from the deformation; assign deformation_gradient");
+  if (name == "J" || name == "volume") refuse("the volume follows from the deformation; assign deformation_gradient");
+  if (name == "mass") refuse("particles keep their mass; the material's density and the layout's volumes decide it");
+  if (name == "id" || name == "body") refuse("particles keep their numbers");
+  const std::size_t components = name == "deformation_gradient" ? 9 : Dim;
+  if (values.size() != static_cast<std::size_t>(particle_count()) * components) {
+    throw InputError("body \"{}\": {} needs {} numbers for each of its {} particles, got {} numbers", name_, name, components,
+                     particle_count(), values.size());
+  }
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (std::isfinite(values[i])) continue;
+    throw InputError("body \"{}\": {} of particle row {} is not finite: {}", name_, name, i / components, values[i]);
+  }
+  if (name == "velocity") set_velocity(values);
+  if (name == "position") set_position(values);
+  if (name == "deformation_gradient") set_deformation_gradient(values);
+  measure_extremes();
+}
+
+template <int Dim, class R>
+template <class F>
+void ParticleBody<Dim, R>::change_each_particle(F&& f) {
+  const std::vector<std::int32_t> rows = rows_of_ids();
+  const auto row_of = [&](const Particle& p) { return static_cast<std::size_t>(rows[static_cast<std::size_t>(id(p))]); };
+  // The particles are this body's own; a view of them is constant only for the outputs.
+  for_each_particle([&](const Particle& p) { f(const_cast<R*>(p.fields), p.stride, row_of(p)); });
+}
+
+template <int Dim, class R>
+void ParticleBody<Dim, R>::set_velocity(const std::vector<Real>& values) {
+  change_each_particle([&](R* fields, int stride, std::size_t row) {
+    for (int d = 0; d < Dim; ++d)
+      fields[(blocks_->layout().v + d) * stride] = static_cast<R>(values[row * Dim + static_cast<std::size_t>(d)]);
+  });
+}
+
+template <int Dim, class R>
+void ParticleBody<Dim, R>::set_deformation_gradient(const std::vector<Real>& values) {
+  for (std::size_t row = 0; row < values.size() / 9; ++row) {
+    Mat3<Real> F;
+    std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(9 * row), 9, F.entries);
+    if (!(determinant(F) > 0)) {
+      throw InputError("body \"{}\": deformation_gradient of particle row {} has the determinant {}, it must be > 0", name_, row,
+                       determinant(F));
+    }
+    for (int r = 0; r < 3 && Dim == 2; ++r) {
+      for (int c = 0; c < 3; ++c) {
+        const bool is_in_plane = r < 2 && c < 2;
+        if (is_in_plane || F(r, c) == (r == c ? 1 : 0)) continue;
+        throw InputError("body \"{}\": deformation_gradient[{}][{}] of particle row {} is {}, but in plane strain it is {}", name_, r, c, row,
+                         F(r, c), r == c ? 1 : 0);
+      }
+    }
+  }
+  const SlotLayout<Dim>& at = blocks_->layout();
+  change_each_particle([&](R* fields, int stride, std::size_t row) {
+    Material::Matrix F;
+    std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(9 * row), 9, F.begin());
+    for (int r = 0; r < Dim; ++r) {
+      for (int c = 0; c < Dim; ++c) fields[(at.F + r * Dim + c) * stride] = static_cast<R>(F[static_cast<std::size_t>(3 * r + c)]);
+    }
+    if (at.tau < 0) return;
+    // At rest: the rate of the last step belongs to another state.
+    const Material::Matrix tau = material_->kirchhoff_stress(F);
+    const std::array<Real, 6> components{tau[0], tau[4], tau[8], tau[1], tau[5], tau[2]};
+    for (int s = 0; s < k_stress_size<Dim>; ++s) fields[(at.tau + s) * stride] = static_cast<R>(components[static_cast<std::size_t>(s)]);
+  });
+}
+
+template <int Dim, class R>
+void ParticleBody<Dim, R>::set_position(const std::vector<Real>& values) {
+  if (!outside_.empty()) throw InputError("body \"{}\": position cannot be assigned while particles are outside of the grid", name_);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const int d = static_cast<int>(i % Dim);
+    if (values[i] >= grid_.lower(d) && values[i] <= grid_.upper(d)) continue;
+    throw InputError("body \"{}\": position of particle row {} is outside of the grid: {} = {}, allowed: {} to {}", name_, i / Dim,
+                     "xyz"[d], values[i], grid_.lower(d), grid_.upper(d));
+  }
+  const SlotLayout<Dim>& at = blocks_->layout();
+  const auto field_count = static_cast<std::size_t>(at.field_count);
+  std::vector<R> all(static_cast<std::size_t>(particle_count()) * field_count);
+  change_each_particle([&](R* fields, int stride, std::size_t row) {
+    for (std::size_t f = 0; f < field_count; ++f) all[row * field_count + f] = fields[static_cast<int>(f) * stride];
+  });
+  blocks_->remove_all();
+  for (std::size_t row = 0; row < values.size() / Dim; ++row) {
+    Place<Dim> cell;
+    R* const fields = all.data() + row * field_count;
+    for (int d = 0; d < Dim; ++d) {
+      const auto s = static_cast<std::size_t>(d);
+      const Real place = (values[row * Dim + s] - grid_.lower(d)) / grid_.cell_size(d);
+      cell[s] = std::min(static_cast<int>(place), grid_.cells(d) - 1);  // points on the far side belong to the last cell
+      fields[at.x + d] = static_cast<R>(place - cell[s]);
+    }
+    blocks_->insert(cell, fields);
+  }
+}
+
+template <int Dim, class R>
+void ParticleBody<Dim, R>::measure_extremes() {
+  std::fill_n(speed_max_, Dim, Real{0});
+  J_min_ = J_max_ = 1;
+  for_each_particle([&](const Particle& p) {
+    const Vec3 v = velocity(p);
+    for (int d = 0; d < Dim; ++d) speed_max_[d] = std::max(speed_max_[d], std::abs(v[static_cast<std::size_t>(d)]));
+    J_min_ = std::min(J_min_, J(p));
+    J_max_ = std::max(J_max_, J(p));
+  });
+}
+
 template class ParticleBody<2, double>;
 template class ParticleBody<3, double>;
 template class ParticleBody<2, float>;

@@ -107,7 +107,8 @@ struct Lattice final : Layout {
         "points", "1", &Lattice::points, between_closed(1, 2),
         "Points per direction in each box: 1 in its middle, or 2 at the Gauss points, +-1/(2 sqrt 3) of its side from the middle.");
   }
-  Seeds fill(const Region& region, const SeedingGrid& grid) const override {
+  Seeds fill(const Region* pointer, const SeedingGrid& grid) const override {
+    const Region& region = *pointer;
     require_bounded(region, grid.dim);
     const Vec3 lower = region.lower();
     const Vec3 upper = region.upper();
@@ -173,7 +174,8 @@ struct PerCell final : Layout {
         },
         [](const PerCell& layout, int dim) -> std::optional<Input> { return write_value(layout.along, dim); });
   }
-  Seeds fill(const Region& region, const SeedingGrid& grid) const override {
+  Seeds fill(const Region* pointer, const SeedingGrid& grid) const override {
+    const Region& region = *pointer;
     require_bounded(region, grid.dim);
     const Vec3 lower = region.lower();
     const Vec3 upper = region.upper();
@@ -221,7 +223,8 @@ struct Polar final : Layout {
                    "Particles in each ring; without it as many as make the pieces about square.");
   }
   int count_in(int ring) const { return sectors.value_or(static_cast<int>(std::lround(2 * std::numbers::pi * (ring + 0.5)))); }
-  Seeds fill(const Region& region, const SeedingGrid& grid) const override {
+  Seeds fill(const Region* pointer, const SeedingGrid& grid) const override {
+    const Region& region = *pointer;
     const auto* disk = dynamic_cast<const Disk*>(&region);
     if (disk == nullptr || grid.dim != 2) {
       throw InputError("layout type = \"polar\" fills disks only; use \"lattice\" or \"per_cell\" for other regions");
@@ -249,6 +252,35 @@ struct Polar final : Layout {
     return seeds;
   }
   Input write(int dim) const override { return write_typed(*this, dim); }
+};
+
+/// Particles one by one.
+struct Points final : Layout {
+  static constexpr auto name = "points";
+  static constexpr auto summary = "Particles where they are given, each with its volume; the body then has no region.";
+
+  std::vector<Vec3> positions;
+  std::vector<Real> volumes;
+
+  static void declare(ParameterTable<Points>& table) {
+    table.required("positions", "m", &Points::positions, any_number(), "Positions of the particles, dim numbers each.");
+    table.required("volumes", "m^3", &Points::volumes, positive(),
+                   "Reference volumes (areas in 2D): one number for all particles, or one for each.");
+  }
+  bool needs_region() const override { return false; }
+  Seeds fill(const Region*, const SeedingGrid&) const override {
+    Seeds seeds;
+    seeds.position = positions;
+    seeds.volume = volumes.size() == 1 ? std::vector<Real>(positions.size(), volumes[0]) : volumes;
+    return seeds;
+  }
+  Input write(int dim) const override { return write_typed(*this, dim); }
+  void check(const Input& input, const ReadContext& context) const override {
+    if (positions.empty()) fail_input(*input.find("positions"), context, "positions is empty; give at least one particle");
+    if (volumes.size() == 1 || volumes.size() == positions.size()) return;
+    fail_input(*input.find("volumes"), context,
+               fmt::format("volumes has {} numbers for {} positions; give one for all, or one for each", volumes.size(), positions.size()));
+  }
 };
 
 // --- velocity fields -------------------------------------------------------------------------------------------------
@@ -349,12 +381,27 @@ struct Sine final : VelocityField {
 
 }  // namespace
 
+std::shared_ptr<Layout> points_layout(std::vector<Vec3> positions, std::vector<Real> volumes) {
+  auto points = std::make_shared<Points>();
+  points->positions = std::move(positions);
+  points->volumes = std::move(volumes);
+  Input places = Input::table();
+  places.set("positions", Input::array());
+  places.set("volumes", Input::array());
+  points->check(places, {});
+  for (const Real volume : points->volumes) {
+    if (!(volume > 0) || !std::isfinite(volume)) throw InputError("volumes: {} is not allowed, it must be > 0", volume);
+  }
+  return points;
+}
+
 const TypeRegistry<Layout>& layout_registry() {
   static const TypeRegistry<Layout> registry = [] {
     TypeRegistry<Layout> all;
     all.add<PerCell>();
     all.add<Lattice>();
     all.add<Polar>();
+    all.add<Points>();
     return all;
   }();
   return registry;

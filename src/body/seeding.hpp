@@ -24,7 +24,9 @@ struct SeedingGrid {
 class Layout {
  public:
   virtual ~Layout() = default;
-  virtual Seeds fill(const Region& region, const SeedingGrid& grid) const = 0;
+  /// `region` is null for a layout that needs none. Throws InputError.
+  virtual Seeds fill(const Region* region, const SeedingGrid& grid) const = 0;
+  virtual bool needs_region() const { return true; }
   virtual Input write(int dim) const = 0;
   virtual void check(const Input&, const ReadContext&) const {}
 };
@@ -37,6 +39,9 @@ class VelocityField {
   virtual Input write(int dim) const = 0;
   virtual void check(const Input&, const ReadContext&) const {}
 };
+
+/// The layout type = "points" from arrays: positions [m] and reference volumes [m^3], one or as many as positions. Throws InputError.
+std::shared_ptr<Layout> points_layout(std::vector<Vec3> positions, std::vector<Real> volumes);
 
 const TypeRegistry<Layout>& layout_registry();
 const TypeRegistry<VelocityField>& velocity_registry();

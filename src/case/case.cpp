@@ -168,10 +168,18 @@ void check_grid(GridSpec& grid, const Input& input, const ReadContext& context) 
 
 void check_body(BodySpec& body, const Input& input, const ReadContext& context) {
   if (body.name.empty()) fail_input(at_key(input, "name"), context, "name is empty; bodies are told apart by their names");
+  if (body.layout->needs_region() && !body.region) {
+    fail_input(input, context,
+               fmt::format("region is missing (table with a type): what the body fills; allowed: {}", list_names(region_registry().names())));
+  }
+  if (!body.layout->needs_region() && body.region) {
+    fail_input(at_key(input, "region"), context, "layout type = \"points\" says where the particles are; leave the region out");
+  }
 }
 
 void check_velocity_table(BoundarySpec& boundary, const Input& input, const ReadContext& context) {
   const auto dim = static_cast<std::size_t>(context.dim);
+  if (boundary.velocity_history && boundary.times.empty() && boundary.velocities.empty()) return;
   if (boundary.times.empty() == boundary.velocity.empty() || boundary.times.empty() != boundary.velocities.empty()) {
     fail_input(input, context, "kind = \"velocity\" needs velocity = [...], or a table: times = [...] with velocities = [[...], ...]");
   }
@@ -341,7 +349,8 @@ void GridSpec::declare(ParameterTable<GridSpec>& table) {
 
 void BodySpec::declare(ParameterTable<BodySpec>& table) {
   table.required("name", "1", &BodySpec::name, any_number(), "Names the body in results, probes and messages.");
-  typed(table, "region", &BodySpec::region, region_registry, "What the body fills at the start.", true);
+  typed(table, "region", &BodySpec::region, region_registry, "What the body fills at the start; layout type = \"points\" needs none.",
+        false);
   typed(table, "layout", &BodySpec::layout, layout_registry, "How particles fill the region.", true);
   typed(table, "velocity", &BodySpec::velocity, velocity_registry, "Initial velocity; without it the body is at rest.", false);
   typed(table, "material", &BodySpec::material, material_registry, "The constitutive law with its parameters.", true);
@@ -380,9 +389,13 @@ void BoundarySpec::declare(ParameterTable<BoundarySpec>& table) {
   table.custom(
       {"velocity", "m/s", "dim numbers", "", "", "The velocity, constant in time.", false},
       [](BoundarySpec& boundary, const Input& input, const ReadContext& context) {
-        read_value(input, context, "velocity", any_number(), boundary.velocity);
+        boundary.velocity_history = input.as_object<VelocityHistory>();
+        if (!boundary.velocity_history) read_value(input, context, "velocity", any_number(), boundary.velocity);
       },
-      [=](const BoundarySpec& boundary, int dim) { return unless_empty(boundary.velocity, dim); });
+      [=](const BoundarySpec& boundary, int dim) -> std::optional<Input> {
+        if (boundary.velocity_history) return Input::string("a function of time");
+        return unless_empty(boundary.velocity, dim);
+      });
   table.custom(
       {"times", "s", "array of numbers", "", "ascending", "Times of a table of velocities: linear between, constant before and after.",
        false},
@@ -469,6 +482,18 @@ void Case::declare(ParameterTable<Case>& table) {
   table.optional("source", "1", &Case::source, any_number(), "Where the problem comes from.");
   table.optional("dim", "1", &Case::dim, any_number(), "2 (plane strain) or 3.");
   table.optional("gravity", "m/s^2", &Case::gravity, any_number(), "Body force per mass.");
+  table.custom(
+      {"body_force", "m/s^2", "function", "", "from programs only", "Body force per mass, a function of position and time.", false},
+      [](Case& problem, const Input& input, const ReadContext& context) {
+        problem.body_force = input.as_object<BodyForce>();
+        if (!problem.body_force) {
+          fail_input(input, context, fmt::format("body_force = {} must be a function of position, which only a program can give", input.text()));
+        }
+      },
+      [](const Case& problem, int) -> std::optional<Input> {
+        if (!problem.body_force) return std::nullopt;
+        return Input::string("a function of position");
+      });
   section(table, "grid", &Case::grid, "The background grid.", true, check_grid);
   section(table, "time", &Case::time, "End and time step.", true, check_time);
   section(table, "solver", &Case::solver, "The scheme.", false, check_solver);

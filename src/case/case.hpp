@@ -2,6 +2,7 @@
 // reader, and it knows how to write itself back.
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <map>
 
@@ -14,6 +15,18 @@ namespace matpoint {
 enum class StressOrder { usl, usf, musl };
 enum class OutsidePolicy { error, remove, stop };
 enum class BoundaryKind { fixed, slip, velocity };
+
+/// A velocity [m/s] as a function of time [s]; programs can give one, case files have tables instead.
+struct VelocityHistory {
+  std::function<Vec3(Real)> at;
+};
+
+/// A body force per mass [m/s^2] as a function of position and time, beside gravity; from programs only.
+struct BodyForce {
+  /// Fills `values` with dim numbers per node, for the nodes of a grid in the order of their numbers (x fastest), at time t [s].
+  std::function<void(Real t, std::vector<Real>& values)> at;
+  bool is_constant = false;  ///< In time: evaluated once.
+};
 
 /// The background grid: a box of equal cells.
 struct GridSpec {
@@ -45,6 +58,7 @@ struct BoundarySpec {
   std::vector<Real> velocity;           ///< [m/s], dim numbers, for kind = "velocity".
   std::vector<Real> times;              ///< [s], with velocities: a table in time, linear between, constant outside.
   std::vector<Vec3> velocities;         ///< [m/s], one per time.
+  std::shared_ptr<VelocityHistory> velocity_history;
   std::string place;
   static void declare(ParameterTable<BoundarySpec>& table);
 };
@@ -98,6 +112,7 @@ struct Case {
   std::string source;
   int dim = 2;
   Vec3 gravity{};
+  std::shared_ptr<BodyForce> body_force;
   GridSpec grid;
   std::vector<BodySpec> bodies;
   std::vector<BoundarySpec> boundaries;

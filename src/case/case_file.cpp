@@ -103,6 +103,7 @@ std::string inline_text(const Input& input) {
       for (std::size_t i = 0; i < input.items().size(); ++i) text += (i > 0 ? ", " : "") + inline_text(input.items()[i]);
       return text + "]";
     }
+    case Input::Kind::object: throw InputError("{} has no place in a case file", input.text());
     case Input::Kind::table: break;
   }
   std::string text;

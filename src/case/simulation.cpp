@@ -45,6 +45,15 @@ Simulation::Simulation(Case problem) : case_(std::move(problem)), solver_(make_s
 
 Simulation::~Simulation() = default;
 
+void Simulation::set_field(std::size_t body, const std::string& name, const std::vector<Real>& values) {
+  const auto energy = [](const BodyTotals& totals) { return totals.kinetic_energy + totals.strain_energy + totals.gravitational_energy; };
+  const BodyTotals before = solver_->totals(body);
+  solver_->set_field(body, name, values);
+  const BodyTotals after = solver_->totals(body);
+  initial_energy_ += energy(after) - energy(before);
+  for (std::size_t d = 0; d < 3; ++d) initial_momentum_[d] += after.momentum[d] - before.momentum[d];
+}
+
 std::vector<std::string> Simulation::warnings() const {
   std::vector<std::string> all;
   const Real stable = solver_->stable_dt();
@@ -119,6 +128,11 @@ void Simulation::handle_escapes() {
   }
 }
 
+void Simulation::write_history(ResultsFolder* results) {
+  if (results != nullptr) results->write_history(*this);
+  for (const HistoryCallback& callback : history_callbacks_) callback(*this);
+}
+
 RunEnd Simulation::run(ResultsFolder* results, std::optional<Real> until, const std::atomic<int>* interrupt) {
   const Real end = until.value_or(case_.time.end);
   Schedule history(case_.output.history_every.value_or(case_.time.end / 200), {}, time_);
@@ -129,16 +143,15 @@ RunEnd Simulation::run(ResultsFolder* results, std::optional<Real> until, const 
     const bool are_fields_due = is_last || has_reached(fields.next());
     while (has_reached(history.next())) history.advance();
     while (has_reached(fields.next())) fields.advance();
-    if (results == nullptr) return;
-    if (is_history_due) results->write_history(*this);
-    if (are_fields_due) results->write_fields(*this);
+    if (is_history_due) write_history(results);
+    if (results != nullptr && are_fields_due) results->write_fields(*this);
   };
   const auto call_back = [&] {
     return std::all_of(callbacks_.begin(), callbacks_.end(), [&](const Callback& callback) { return callback(*this); });
   };
-  if (results != nullptr && step_ == 0) {
-    results->write_history(*this);
-    results->write_fields(*this);
+  if (step_ == 0) {
+    write_history(results);
+    if (results != nullptr) results->write_fields(*this);
   }
   RunEnd ending = step_ > 0 || call_back() ? RunEnd::finished : RunEnd::stopped_by_callback;
   while (ending == RunEnd::finished && !has_reached(end)) {

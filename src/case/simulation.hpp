@@ -40,6 +40,14 @@ class Simulation {
   using Callback = std::function<bool(const Simulation&)>;
   void add_callback(Callback callback) { callbacks_.push_back(std::move(callback)); }
 
+  /// Called by run() whenever a row of the history is due, also without a results folder.
+  using HistoryCallback = std::function<void(const Simulation&)>;
+  void add_history_callback(HistoryCallback callback) { history_callbacks_.push_back(std::move(callback)); }
+
+  /// Assigns a field of a body's particles (Solver::set_field); the energy and momentum that come with it count as the start's, so that
+  /// the balances of the history stay closed.
+  void set_field(std::size_t body, const std::string& name, const std::vector<Real>& values);
+
   /// Runs to `until` [s] (default: the case's end), writing into `results` when given. The flag, set from elsewhere (a signal
   /// handler), ends the run at a step boundary with everything written.
   RunEnd run(ResultsFolder* results = nullptr, std::optional<Real> until = {}, const std::atomic<int>* interrupt = nullptr);
@@ -57,10 +65,12 @@ class Simulation {
   /// Whether an event [s] falls on the present step.
   bool has_reached(Real event) const;
   void handle_escapes();
+  void write_history(ResultsFolder* results);
 
   Case case_;
   std::unique_ptr<Solver> solver_;
   std::vector<Callback> callbacks_;
+  std::vector<HistoryCallback> history_callbacks_;
   Real time_ = 0;
   Index step_ = 0;
   Real dt_ = 0;

@@ -53,6 +53,7 @@ std::string Input::kind_text() const {
     case Kind::string: return "a string";
     case Kind::array: return "an array";
     case Kind::table: return "a table";
+    case Kind::object: return "an object";
   }
   return "";
 }
@@ -71,6 +72,7 @@ std::string Input::text() const {
       text += "]";
       break;
     case Kind::table: text = "{...}"; break;
+    case Kind::object: text = string_; break;
   }
   return printable(text, k_longest);
 }

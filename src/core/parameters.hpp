@@ -262,6 +262,7 @@ class TypeRegistry {
 
   /// Reads `{ type = "...", ... }`. `what` names the thing in messages, e.g. "region".
   std::shared_ptr<Base> read(const Input& input, const ReadContext& context, const std::string& what) const {
+    if (std::shared_ptr<Base> object = input.as_object<Base>()) return object;
     if (input.kind() != Input::Kind::table) {
       fail_input(input, context, fmt::format("{} must be a table {{ type = ... }}, got {}", what, input.text()));
     }

@@ -163,6 +163,11 @@ std::vector<Vec<Dim>> BoundaryConditions<Dim, R>::velocities(Real t) const {
   for (std::size_t c = 0; c < specs_.size(); ++c) {
     const BoundarySpec& spec = specs_[c];
     if (spec.kind != BoundaryKind::velocity) continue;
+    if (spec.velocity_history) {
+      const Vec3 value = spec.velocity_history->at(t);
+      std::copy_n(value.begin(), Dim, all[c].begin());
+      continue;
+    }
     if (spec.times.empty()) {
       std::copy_n(spec.velocity.begin(), Dim, all[c].begin());
       continue;
@@ -252,9 +257,12 @@ void BoundaryConditions<Dim, R>::constrain_second(Tile<Dim, R>& tile, const std:
 }
 
 template <int Dim, class R>
-Real BoundaryConditions<Dim, R>::greatest_speed() const {
+Real BoundaryConditions<Dim, R>::greatest_speed(Real t) const {
   Real greatest = 0;
   for (const BoundarySpec& spec : specs_) {
+    if (spec.velocity_history) {
+      for (Real v : spec.velocity_history->at(t)) greatest = std::max(greatest, std::abs(v));
+    }
     for (Real v : spec.velocity) greatest = std::max(greatest, std::abs(v));
     for (const Vec3& v : spec.velocities) {
       for (Real component : v) greatest = std::max(greatest, std::abs(component));

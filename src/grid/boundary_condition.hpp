@@ -31,8 +31,8 @@ class BoundaryConditions {
   /// Imposes the velocities on `second` only (USF, second mapping of MUSL).
   void constrain_second(Tile<Dim, R>& tile, const std::vector<Vec<Dim>>& values) const;
 
-  /// Greatest prescribed speed [m/s].
-  Real greatest_speed() const;
+  /// Greatest prescribed speed [m/s]: of all times of tables, and of functions at the time t [s].
+  Real greatest_speed(Real t) const;
 
  private:
   bool holds_at(std::size_t condition, const Grid<Dim, R>& grid, const Place<Dim>& node) const;

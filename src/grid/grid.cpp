@@ -206,13 +206,46 @@ void Grid<Dim, R>::work_tile(TileType& tile, std::size_t band) {
   tile.pass = pass_count_;
   const bool is_constrained = !tile.components.empty() || !tile.normals.empty();
   if (pass_ == NodePass::advance || pass_ == NodePass::advance_keep) {
+    if (body_force_ != nullptr) add_body_force(tile);
     kernels_->advance(tile.values, dynamics_, dt_, tile.booked, sums_[band]);
     if (is_constrained) conditions_->constrain(tile, dynamics_, boundary_velocities_, dt_, books_[band]);
+    if (body_force_ != nullptr) book_body_force(tile, books_[band]);
   } else {
     kernels_->map_velocity(tile.values, dynamics_);
     if (is_constrained) conditions_->constrain_second(tile, boundary_velocities_);
   }
   if (pass_ != NodePass::velocity_keep) kernels_->clear(tile.values, pass_ == NodePass::advance_keep);
+}
+
+template <int Dim, class R>
+template <class F>
+void Grid<Dim, R>::for_each_node(const TileType& tile, F&& f) const {
+  std::size_t node = 0;
+  for (int d = Dim - 1; d >= 0; --d)
+    node = node * static_cast<std::size_t>(nodes(d)) + static_cast<std::size_t>(tile.first[static_cast<std::size_t>(d)]);
+  for (int lane = 0; lane < k_lanes<R> && tile.first[0] + lane < nodes(0); ++lane) f(lane, node++);
+}
+
+template <int Dim, class R>
+void Grid<Dim, R>::add_body_force(TileType& tile) const {
+  for_each_node(tile, [&](int lane, std::size_t node) {
+    for (std::size_t d = 0; d < Dim; ++d)
+      tile.values.force[d][lane] += tile.values.mass[lane] * static_cast<R>((*body_force_)[node * Dim + d]);
+  });
+}
+
+/// Impulse and work of the body force in this step; nodes under the mass cutoff have their share in the cutoff's books.
+template <int Dim, class R>
+void Grid<Dim, R>::book_body_force(const TileType& tile, Ledger& books) const {
+  for_each_node(tile, [&](int lane, std::size_t node) {
+    const Real m = tile.values.mass[lane] * tile.booked[lane];
+    for (std::size_t d = 0; d < Dim; ++d) {
+      const Real impulse = m * (*body_force_)[node * Dim + d] * dt_;
+      books.body_force_impulse[d] += impulse;
+      // With the velocity in the middle of the step.
+      books.body_force_work += impulse * (tile.values.velocity[d][lane] - 0.5 * dt_ * tile.values.second[d][lane]);
+    }
+  });
 }
 
 template <int Dim, class R>
@@ -224,10 +257,12 @@ void Grid<Dim, R>::finish_pass(Ledger& ledger) {
   for (std::size_t b = 0; b < bands_.size(); ++b) {
     ledger.damping_dissipation += sums_[b].damping_dissipation + books_[b].damping_dissipation;
     ledger.boundary_work += books_[b].boundary_work;
+    ledger.body_force_work += books_[b].body_force_work;
     for (std::size_t d = 0; d < Dim; ++d) {
       ledger.damping_impulse[d] += sums_[b].damping_impulse[d] + books_[b].damping_impulse[d];
       ledger.cutoff_impulse[d] += sums_[b].cutoff_impulse[d];
       ledger.boundary_impulse[d] += books_[b].boundary_impulse[d];
+      ledger.body_force_impulse[d] += books_[b].body_force_impulse[d];
     }
   }
 }
@@ -246,13 +281,10 @@ std::vector<Field> Grid<Dim, R>::fields() const {
   Field velocity{"velocity", "m/s", Dim, std::vector<Real>(count * Dim, 0)};
   for (const Band& band : bands_) {
     for (const TileType* tile : band.tiles) {
-      std::size_t node = 0;
-      for (int d = Dim - 1; d >= 0; --d)
-        node = node * static_cast<std::size_t>(nodes(d)) + static_cast<std::size_t>(tile->first[static_cast<std::size_t>(d)]);
-      for (int lane = 0; lane < k_lanes<R> && tile->first[0] + lane < nodes(0); ++lane, ++node) {
+      for_each_node(*tile, [&](int lane, std::size_t node) {
         mass.values[node] = static_cast<Real>(tile->values.moved_mass[lane]);
         for (std::size_t d = 0; d < Dim; ++d) velocity.values[node * Dim + d] = static_cast<Real>(tile->values.velocity[d][lane]);
-      }
+      });
     }
   }
   return {mass, velocity};

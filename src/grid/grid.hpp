@@ -62,6 +62,9 @@ class Grid {
   /// Conditions for tiles that are made from now on; they must outlive the grid. To be called before any tile exists.
   void set_boundary_conditions(const BoundaryConditions<Dim, R>* conditions) { conditions_ = conditions; }
 
+  /// A body force per mass [m/s^2] at all nodes, Dim numbers each, x fastest; must outlive the grid.
+  void set_body_force(const std::vector<Real>* values) { body_force_ = values; }
+
   GridGeometry geometry() const;
   Real lower(int d) const { return lower_[d]; }
   Real upper(int d) const { return upper_[d]; }
@@ -124,6 +127,11 @@ class Grid {
   template <class F>
   void for_each_band(F&& f);
   void work_tile(TileType& tile, std::size_t band);
+  /// Calls f(lane, node number) for the nodes of a tile that are in the grid.
+  template <class F>
+  void for_each_node(const TileType& tile, F&& f) const;
+  void add_body_force(TileType& tile) const;
+  void book_body_force(const TileType& tile, Ledger& books) const;
 
   Real lower_[Dim];
   Real upper_[Dim];
@@ -135,6 +143,7 @@ class Grid {
   Arena tiles_;
   std::vector<Band> bands_;
   const BoundaryConditions<Dim, R>* conditions_ = nullptr;
+  const std::vector<Real>* body_force_ = nullptr;
 
   // The pass over the nodes that is under way, and its books, one per band.
   NodePass pass_ = NodePass::advance;

@@ -62,10 +62,12 @@ std::vector<Column<SystemTotals>> balance_columns(int dim) {
   columns.scalar("damping_dissipation", "J", [](const SystemTotals& t) { return t.ledger.damping_dissipation; });
   columns.scalar("viscous_dissipation", "J", [](const SystemTotals& t) { return t.ledger.viscous_dissipation; });
   columns.scalar("boundary_work", "J", [](const SystemTotals& t) { return t.ledger.boundary_work; });
+  columns.scalar("body_force_work", "J", [](const SystemTotals& t) { return t.ledger.body_force_work; });
   columns.scalar("transfer_loss", "J", [](const SystemTotals& t) { return t.transfer_loss; });
   columns.vector("boundary_impulse", "N s", [](const SystemTotals& t) { return t.ledger.boundary_impulse; });
   columns.vector("damping_impulse", "N s", [](const SystemTotals& t) { return t.ledger.damping_impulse; });
   columns.vector("gravity_impulse", "N s", [](const SystemTotals& t) { return t.ledger.gravity_impulse; });
+  columns.vector("body_force_impulse", "N s", [](const SystemTotals& t) { return t.ledger.body_force_impulse; });
   columns.vector("cutoff_impulse", "N s", [](const SystemTotals& t) { return t.ledger.cutoff_impulse; });
   columns.scalar("removed_count", "1", [](const SystemTotals& t) { return t.ledger.removed_count; });
   columns.scalar("removed_mass", "kg", [](const SystemTotals& t) { return t.ledger.removed_mass; });
@@ -122,7 +124,8 @@ SystemTotals system_totals(const Snapshot& snapshot, const std::vector<BodyTotal
   const Ledger& ledger = totals.ledger;
   const Real present = totals.sum.kinetic_energy + totals.sum.strain_energy + totals.sum.gravitational_energy;
   totals.transfer_loss = snapshot.initial_energy -
-                         (present + ledger.damping_dissipation + ledger.viscous_dissipation - ledger.boundary_work + ledger.removed_energy);
+                         (present + ledger.damping_dissipation + ledger.viscous_dissipation - ledger.boundary_work -
+                          ledger.body_force_work + ledger.removed_energy);
   return totals;
 }
 

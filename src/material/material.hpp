@@ -25,7 +25,7 @@ class Material {
   /// Whether the law branches, so that its kernel works one point after the other.
   virtual bool is_scalar_only() const = 0;
 
-  /// The law's place in AllLaws, for its kernel, and the law itself, for the kernel to read.
+  /// The law's place in AllLaws, for its kernel, or -1 for a FunctionMaterial; and the law itself, for the kernel to read.
   virtual int law_index() const = 0;
   virtual const void* law_data() const = 0;
 
@@ -38,6 +38,9 @@ class Material {
   virtual Real wave_speed(Real J) const = 0;
   /// Kinematic viscosity [m^2/s] that limits an explicit step to h^2 / (2 dim nu); 0 for a law without viscosity.
   virtual Real kinematic_viscosity(Real J) const = 0;
+
+  /// Throws what a law given by a program has thrown since the last call; laws of the registry throw nothing.
+  virtual void rethrow() const {}
 
   /// The parameters with the key `type`, as in a case file.
   virtual Input write(int dim) const = 0;

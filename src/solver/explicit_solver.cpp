@@ -11,6 +11,7 @@ namespace matpoint {
 template <int Dim, class R>
 ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
     : gravity_(problem.gravity),
+      body_force_(problem.body_force),
       stress_order_(problem.solver.stress_order),
       kernels_(kernel_table<Dim, R>()),
       grid_(problem.grid),
@@ -27,6 +28,28 @@ ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
   dynamics_.flip = problem.solver.flip;
   dynamics_.mass_cutoff = problem.solver.mass_cutoff.value_or(problem.solver.mass_cutoff_relative * smallest_mass);
   check_cutoff(problem.solver, smallest_mass);
+  if (body_force_) {
+    constexpr Index k_nodes_max = 50'000'000;
+    if (grid_.node_count() > k_nodes_max) {
+      throw InputError("body_force: it is kept for all nodes of the grid, {} of them; at most {} are possible, so take larger cells",
+                       grid_.node_count(), k_nodes_max);
+    }
+    grid_.set_body_force(&body_force_values_);
+    update_body_force(0);
+  }
+}
+
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::update_body_force(Real t) {
+  if (!body_force_ || (body_force_->is_constant && !body_force_values_.empty())) return;
+  body_force_values_.resize(static_cast<std::size_t>(grid_.node_count()) * Dim);
+  body_force_->at(t, body_force_values_);
+}
+
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::set_field(std::size_t body, const std::string& name, const std::vector<Real>& values) {
+  bodies_[body]->set_field(name, values);
+  is_mapped_ = false;  // the grid holds what the particles were
 }
 
 template <int Dim, class R>
@@ -51,6 +74,7 @@ void ExplicitSolver<Dim, R>::check_cutoff(const SolverSpec& spec, Real smallest_
 // are worked by the sweep, too, tile by tile, before it needs them: start_pass() says how.
 template <int Dim, class R>
 void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
+  update_body_force(t);
   if (!is_mapped_) start();
   // What leaves the grid in this step has been pulled for the whole of it.
   for (auto& body : bodies_) {
@@ -76,12 +100,13 @@ void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
     for (auto& body : bodies_) ledger_.viscous_dissipation += body->viscous_dissipation();
     check_state(t + dt);
   }
+  time_ = t + dt;
 }
 
 template <int Dim, class R>
 void ExplicitSolver<Dim, R>::start() {
   grid_.clear();
-  grid_.start_pass(Grid<Dim, R>::NodePass::velocity_keep, kernels_, dynamics_, 0, 0);
+  grid_.start_pass(Grid<Dim, R>::NodePass::velocity_keep, kernels_, dynamics_, time_, 0);
   sweep("start", stress_order_ == StressOrder::usf ? Sweep::start_momentum : Sweep::start, 0);
   is_mapped_ = true;
 }
@@ -127,7 +152,7 @@ template <int Dim, class R>
 Real ExplicitSolver<Dim, R>::stable_dt() const {
   Real dt = std::numeric_limits<Real>::infinity();
   for (const auto& body : bodies_) dt = std::min(dt, body->stable_dt());
-  const Real wall_speed = boundary_conditions_.greatest_speed();
+  const Real wall_speed = boundary_conditions_.greatest_speed(time_);
   for (int d = 0; d < Dim && wall_speed > 0; ++d) dt = std::min(dt, grid_.cell_size(d) / wall_speed);
   return dt;
 }

@@ -26,6 +26,7 @@ class ExplicitSolver final : public Solver {
   Index particle_count(std::size_t body) const override { return bodies_[body]->particle_count(); }
   std::vector<std::string> field_names(std::size_t body) const override { return bodies_[body]->field_names(); }
   Field field(std::size_t body, const std::string& name) const override { return bodies_[body]->field(name, body); }
+  void set_field(std::size_t body, const std::string& name, const std::vector<Real>& values) override;
   std::vector<Field> grid_fields() const override { return grid_.fields(); }
   BodyTotals totals(std::size_t body) const override { return bodies_[body]->totals(gravity_); }
   const Ledger& ledger() const override { return ledger_; }
@@ -36,11 +37,15 @@ class ExplicitSolver final : public Solver {
 
  private:
   void start();
+  /// Evaluates the body force for a step from time t [s].
+  void update_body_force(Real t);
   void sweep(const char* label, Sweep what, Real dt);
   void check_state(Real t);
   void check_cutoff(const SolverSpec& spec, Real smallest_mass) const;
 
   Vec3 gravity_;
+  std::shared_ptr<BodyForce> body_force_;
+  std::vector<Real> body_force_values_;  ///< Dim per node [m/s^2]; empty without a body force.
   StressOrder stress_order_;
   NodalDynamics<Dim> dynamics_;
   const KernelTable<Dim, R>& kernels_;
@@ -51,6 +56,7 @@ class ExplicitSolver final : public Solver {
   /// Whether the grid holds the particles' mass and momentum (and force): a cache between steps, the sweep that moves the particles
   /// has mapped them, too.
   bool is_mapped_ = false;
+  Real time_ = 0;  ///< At the end of the last step [s].
   std::vector<Escape> escapes_;
   Ledger ledger_;
   Profile profile_;

@@ -34,6 +34,8 @@ struct Ledger {
   Vec3 boundary_impulse{};       ///< [N s]
   Vec3 damping_impulse{};        ///< [N s]
   Vec3 gravity_impulse{};        ///< [N s]
+  Real body_force_work = 0;      ///< Work done by a body force other than gravity [J].
+  Vec3 body_force_impulse{};     ///< [N s]
   Vec3 cutoff_impulse{};         ///< What nodes under the mass cutoff did not pass on [N s].
   Index removed_count = 0;       ///< Particles removed because they left the grid.
   Real removed_mass = 0;         ///< [kg]
@@ -86,6 +88,9 @@ class Solver {
   virtual std::vector<std::string> field_names(std::size_t body) const = 0;
   /// A field of a body, in the order of particle ids.
   virtual Field field(std::size_t body, const std::string& name) const = 0;
+  /// Assigns a field of all particles, shaped as field() gives it: position, velocity or deformation_gradient. Throws InputError for other
+  /// fields, with the reason, and for values that no particle can have; then nothing has changed.
+  virtual void set_field(std::size_t body, const std::string& name, const std::vector<Real>& values) = 0;
   /// Nodal mass and velocity of the last step, x fastest.
   virtual std::vector<Field> grid_fields() const = 0;
 

@@ -97,7 +97,7 @@ def curves(axes):
 
 
 def test_energies_show_each_part_and_a_total_that_balances(tmp_path):
-    axes = plot.plot_energies(Results(make_results(tmp_path / "r"))).axes[0]
+    axes = plot.energies(Results(make_results(tmp_path / "r"))).axes[0]
     shown = curves(axes)
     times = np.array([0.0, 0.5, 1.0])
     # Exact in the file (shortest decimals), a handful of additions: a few eps of 10.
@@ -110,12 +110,12 @@ def test_energies_show_each_part_and_a_total_that_balances(tmp_path):
 def test_energies_leave_out_what_is_zero_throughout(tmp_path):
     results = Results(make_results(tmp_path / "r"))
     results.history["gravitational_energy"] = np.zeros(3)
-    assert "gravitational" not in curves(plot.plot_energies(results).axes[0])
+    assert "gravitational" not in curves(plot.energies(results).axes[0])
 
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_momentum_has_a_panel_per_direction_and_a_line_per_body(tmp_path, dim):
-    figure = plot.plot_momentum(Results(make_results(tmp_path / "r", dim)))
+    figure = plot.momentum(Results(make_results(tmp_path / "r", dim)))
     assert len(figure.axes) == dim
     assert set(curves(figure.axes[0])) == {"lower", "upper", "total"}
     np.testing.assert_array_equal(curves(figure.axes[0])["total"], [0, 0.5, 1])
@@ -136,7 +136,7 @@ def test_all_pictures_are_written_and_have_ink(tmp_path, dim):
 
 def test_particles_stand_where_the_file_has_them_with_its_values(tmp_path):
     results = Results(make_results(tmp_path / "r"))
-    figure = plot.plot_particles(results, "von_mises", [1.0])
+    figure = plot.particles(results, "von_mises", [1.0])
     scatters = figure.axes[0].collections
     assert len(scatters) == 2
     for scatter, body in zip(scatters, results.bodies.values()):
@@ -148,7 +148,7 @@ def test_particles_stand_where_the_file_has_them_with_its_values(tmp_path):
 
 
 def test_particles_have_their_size_in_the_picture(tmp_path):
-    figure = plot.plot_particles(Results(make_results(tmp_path / "r")), "von_mises", [0.0])
+    figure = plot.particles(Results(make_results(tmp_path / "r")), "von_mises", [0.0])
     axes = figure.axes[0]
     scale = axes.transData.transform([[0, 0], [0.05, 0]])
     edge = (scale[1, 0] - scale[0, 0]) * 72 / figure.dpi

@@ -39,17 +39,6 @@ class TestBox final : public Region {
   Vec3 upper_{k_far, k_far, k_far};
 };
 
-/// Particles exactly where a test wants them.
-class SeedList final : public Layout {
- public:
-  explicit SeedList(Seeds seeds) : seeds_(std::move(seeds)) {}
-  Seeds fill(const Region&, const SeedingGrid&) const override { return seeds_; }
-  Input write(int) const override { return Input::table(); }
-
- private:
-  Seeds seeds_;
-};
-
 class VelocityFunction final : public VelocityField {
  public:
   using Function = std::function<Vec3(const Vec3&)>;
@@ -128,7 +117,7 @@ inline BodySpec make_body(const std::string& name, Seeds seeds, std::shared_ptr<
   BodySpec body;
   body.name = name;
   body.region = std::make_shared<TestBox>();
-  body.layout = std::make_shared<SeedList>(std::move(seeds));
+  body.layout = points_layout(std::move(seeds.position), std::move(seeds.volume));
   if (velocity) body.velocity = std::make_shared<VelocityFunction>(std::move(velocity));
   body.material = std::move(law);
   return body;

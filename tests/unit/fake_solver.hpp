@@ -74,6 +74,7 @@ class FakeSolver : public Solver {
     if (name == "stress") field.unit = "Pa";
     return field;
   }
+  void set_field(std::size_t, const std::string&, const std::vector<Real>&) override {}
   std::vector<Field> grid_fields() const override {
     Field mass{"mass", "kg", 1, {}};
     Field velocity{"velocity", "m/s", dim_, {}};

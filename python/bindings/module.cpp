@@ -1,0 +1,98 @@
+// matpoint._core: the core as it is, without defaults and without comfort. The package around it is what users see.
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include "case/case.hpp"
+#include "case/case_file.hpp"
+#include "convert.hpp"
+#include "core/error.hpp"
+#include "core/parallel.hpp"
+#include "core/version.hpp"
+#include "functions.hpp"
+#include "kernel/kernel.hpp"
+#include "simulation.hpp"
+
+namespace matpoint::python {
+namespace {
+
+nb::list describe(const std::vector<ParameterDescription>& parameters) {
+  nb::list list;
+  for (const ParameterDescription& p : parameters) {
+    nb::dict entry;
+    entry["name"] = p.name;
+    entry["unit"] = p.unit;
+    entry["type"] = p.type;
+    entry["default"] = p.default_text;
+    entry["allowed"] = p.allowed;
+    entry["help"] = p.help;
+    entry["is_required"] = p.is_required;
+    list.append(entry);
+  }
+  return list;
+}
+
+nb::dict describe(const std::string& name, const std::string& summary, const std::vector<ParameterDescription>& parameters) {
+  nb::dict entry;
+  entry["name"] = name;
+  entry["summary"] = summary;
+  entry["parameters"] = describe(parameters);
+  return entry;
+}
+
+template <class Base>
+nb::list describe(const TypeRegistry<Base>& registry) {
+  nb::list list;
+  for (const auto& entry : registry.entries()) list.append(describe(entry.name, entry.summary, entry.parameters));
+  return list;
+}
+
+/// Everything that a case can name, with its parameters.
+nb::dict vocabulary() {
+  nb::dict all;
+  nb::list sections;
+  for (const CaseSection& section : case_sections()) sections.append(describe(section.name, section.summary, section.parameters));
+  all["sections"] = sections;
+  all["regions"] = describe(region_registry());
+  all["layouts"] = describe(layout_registry());
+  all["velocities"] = describe(velocity_registry());
+  all["materials"] = describe(material_registry());
+  return all;
+}
+
+/// A case file or a shipped case, with changes, checked as far as it can be without particles: (name, data).
+nb::tuple load_case_data(const std::string& name, const std::vector<std::string>& sets) {
+  const CaseText found = find_case(name);
+  Input input = parse_toml(found.text, found.file);
+  for (const std::string& set : sets) apply_set(input, set);
+  Case::from_input(input, found.name);
+  return nb::make_tuple(found.name, from_input(input));
+}
+
+}  // namespace
+}  // namespace matpoint::python
+
+NB_MODULE(_core, m) {
+  using namespace matpoint;
+  using namespace matpoint::python;
+  nb::exception<InputError>(m, "InputError", PyExc_ValueError);
+  nb::exception<SolverError>(m, "SolverError", PyExc_RuntimeError);
+  bind_functions(m);
+  bind_simulation(m);
+  m.def("vocabulary", &vocabulary);
+  m.def("load_case", &load_case_data, nb::arg("name"), nb::arg("sets"));
+  m.def("parse_toml", [](const std::string& text, const std::string& file) { return from_input(parse_toml(text, file)); }, nb::arg("text"),
+        nb::arg("file"));
+  m.def("write_toml", [](nb::handle data) { return write_toml(to_input(data, "")); }, nb::arg("data"));
+  m.def("resolve", [](nb::handle data, const std::string& name) { return from_input(Case::from_input(to_input(data, ""), name).to_input()); },
+        nb::arg("data"), nb::arg("name"));
+  m.def("shipped_cases", [] {
+    std::vector<std::string> names;
+    for (const auto& [name, text] : shipped_cases()) names.push_back(name);
+    return names;
+  });
+  m.def("set_threads", &set_thread_count, nb::arg("count"));
+  m.def("threads", &thread_count);
+  m.def("version", [] { return std::string(version()); });
+  m.def("instruction_set", &instruction_set);
+}

@@ -1,0 +1,218 @@
+#include "simulation.hpp"
+
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <chrono>
+
+#include "case/simulation.hpp"
+#include "convert.hpp"
+#include "core/error.hpp"
+#include "core/parallel.hpp"
+#include "io/history.hpp"
+#include "io/results_folder.hpp"
+
+namespace matpoint::python {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+const char* text_of(RunEnd ending) {
+  switch (ending) {
+    case RunEnd::stopped_by_callback: return "stopped";
+    case RunEnd::particle_left: return "stopped (a particle left the grid)";
+    case RunEnd::interrupted: return "interrupted";
+    case RunEnd::finished: break;
+  }
+  return "finished";
+}
+
+class PythonSimulation {
+ public:
+  PythonSimulation(nb::handle data, const std::string& name) : simulation_(Case::from_input(to_input(data, ""), name)) {
+    for (const HistoryColumn& column : history_columns(simulation_.solver())) {
+      history_names_.push_back(column.name);
+      history_units_.push_back(column.unit);
+    }
+    simulation_.add_history_callback([this](const Simulation& now) { record(now); });
+    simulation_.add_callback([this](const Simulation&) {
+      look_for_signals();
+      return true;
+    });
+  }
+
+  const Simulation& simulation() const { return simulation_; }
+  const Solver& solver() const { return simulation_.solver(); }
+
+  void open_results(const std::string& folder, bool is_overwrite, const std::string& command) {
+    auto results = std::make_unique<ResultsFolder>(folder, is_overwrite ? ExistingFolder::overwrite : ExistingFolder::refuse);
+    results->begin(simulation_, thread_count(), command);
+    results_ = std::move(results);
+  }
+  bool has_results() const { return results_ != nullptr; }
+
+  std::string run(std::optional<Real> until) {
+    interrupt_ = 0;
+    try {
+      RunEnd ending{};
+      {
+        const nb::gil_scoped_release unlocked;
+        ending = simulation_.run(results_.get(), until, &interrupt_);
+        if (results_) results_->finish(simulation_, text_of(ending));
+      }
+      raise_signal();
+      return text_of(ending);
+    } catch (const SolverError& error) {
+      if (!results_) throw;
+      results_->fail(simulation_, error.what());
+      throw SolverError("{}; written: {}", error.what(), results_->last_written());
+    } catch (const std::exception& error) {
+      if (results_) results_->fail(simulation_, error.what());
+      throw;
+    }
+  }
+
+  void step(Index count) {
+    interrupt_ = 0;
+    {
+      const nb::gil_scoped_release unlocked;
+      for (Index i = 0; i < count && interrupt_ == 0; ++i) {
+        simulation_.step();
+        look_for_signals();
+      }
+    }
+    raise_signal();
+  }
+
+  /// The function is called with no arguments and stops the run by returning false.
+  void add_callback(nb::object function, Index every_steps, Real every_time, double every_wall) {
+    struct State {
+      nb::object function;
+      Real next_time;
+      Clock::time_point last = Clock::now();
+    };
+    auto* const raw = new State{std::move(function), simulation_.time()};
+    const std::shared_ptr<State> state(raw, [](State* pointer) {
+      const nb::gil_scoped_acquire lock;
+      delete pointer;
+    });
+    simulation_.add_callback([state, every_steps, every_time, every_wall](const Simulation& now) {
+      if (every_steps > 0 && now.step_count() % every_steps != 0) return true;
+      if (every_time > 0) {
+        // The first step at or after each multiple; the steps are not cut, for watching a run must not change it.
+        if (now.time() < state->next_time * (1 - 1e-12)) return true;
+        while (state->next_time <= now.time() * (1 + 1e-12)) state->next_time += every_time;
+      }
+      if (every_wall > 0) {
+        if (std::chrono::duration<double>(Clock::now() - state->last).count() < every_wall) return true;
+        state->last = Clock::now();
+      }
+      const nb::gil_scoped_acquire lock;
+      return nb::cast<bool>(state->function());
+    });
+  }
+
+  Array history() const {
+    std::vector<Real> values;
+    values.reserve(rows_.size() * history_names_.size());
+    // Column by column: each becomes a contiguous array.
+    for (std::size_t c = 0; c < history_names_.size(); ++c) {
+      for (const std::vector<Real>& row : rows_) values.push_back(row[c]);
+    }
+    return make_array(std::move(values), {history_names_.size(), rows_.size()});
+  }
+  void record(const Simulation& now) {
+    if (!rows_.empty() && static_cast<Index>(rows_.back()[1]) == now.step_count()) return;
+    rows_.push_back(history_row(now));
+  }
+  void record_now() { record(simulation_); }
+  const std::vector<std::string>& history_names() const { return history_names_; }
+  const std::vector<std::string>& history_units() const { return history_units_; }
+
+  std::vector<std::string> body_names() const {
+    std::vector<std::string> names;
+    for (std::size_t b = 0; b < solver().body_count(); ++b) names.push_back(solver().body_name(b));
+    return names;
+  }
+  Array field(std::size_t body, const std::string& name) const {
+    Field field;
+    {
+      const nb::gil_scoped_release unlocked;
+      field = solver().field(body, name);
+    }
+    return make_array(std::move(field));
+  }
+  void set_field(std::size_t body, const std::string& name, ConstArray values) {
+    simulation_.set_field(body, name, {values.data(), values.data() + values.size()});
+  }
+  nb::dict grid_fields() const {
+    nb::dict fields;
+    for (Field& field : solver().grid_fields()) {
+      const std::string name = field.name;
+      fields[nb::str(name.c_str())] = make_array(std::move(field));
+    }
+    return fields;
+  }
+
+  nb::object resolved() const { return from_input(simulation_.problem().to_input()); }
+
+ private:
+  /// Ctrl-C, at most twenty times a second.
+  void look_for_signals() {
+    const Clock::time_point now = Clock::now();
+    if (std::chrono::duration<double>(now - looked_).count() < 0.05) return;
+    looked_ = now;
+    const nb::gil_scoped_acquire lock;
+    if (PyErr_CheckSignals() == 0) return;
+    signal_ = std::make_unique<nb::python_error>();
+    interrupt_ = 1;
+  }
+  void raise_signal() {
+    if (!signal_) return;
+    const std::unique_ptr<nb::python_error> error = std::move(signal_);
+    throw nb::python_error(*error);
+  }
+
+  Simulation simulation_;
+  std::unique_ptr<ResultsFolder> results_;
+  std::vector<std::string> history_names_;
+  std::vector<std::string> history_units_;
+  std::vector<std::vector<Real>> rows_;
+  std::atomic<int> interrupt_{0};
+  std::unique_ptr<nb::python_error> signal_;
+  Clock::time_point looked_ = Clock::now();
+};
+
+}  // namespace
+
+void bind_simulation(nb::module_& m) {
+  using S = PythonSimulation;
+  nb::class_<S>(m, "Simulation", "The core's simulation.")
+      .def(nb::init<nb::handle, const std::string&>(), nb::arg("data"), nb::arg("name"))
+      .def("open_results", &S::open_results, nb::arg("folder"), nb::arg("overwrite"), nb::arg("command"))
+      .def("has_results", &S::has_results)
+      .def("run", &S::run, nb::arg("until").none())
+      .def("step", &S::step, nb::arg("count"))
+      .def("add_callback", &S::add_callback, nb::arg("function"), nb::arg("every_steps"), nb::arg("every_time"), nb::arg("every_wall"))
+      .def("history", &S::history)
+      .def("record", &S::record_now)
+      .def("history_names", &S::history_names)
+      .def("history_units", &S::history_units)
+      .def("body_names", &S::body_names)
+      .def("particle_count", [](const S& s, std::size_t body) { return s.solver().particle_count(body); }, nb::arg("body"))
+      .def("field_names", [](const S& s, std::size_t body) { return s.solver().field_names(body); }, nb::arg("body"))
+      .def("field", &S::field, nb::arg("body"), nb::arg("name"))
+      .def("set_field", &S::set_field, nb::arg("body"), nb::arg("name"), nb::arg("values"))
+      .def("grid_fields", &S::grid_fields)
+      .def("resolved", &S::resolved)
+      .def("warnings", [](const S& s) { return s.simulation().warnings(); })
+      .def("time", [](const S& s) { return s.simulation().time(); })
+      .def("step_count", [](const S& s) { return s.simulation().step_count(); })
+      .def("last_dt", [](const S& s) { return s.simulation().last_dt(); })
+      .def("next_dt", [](const S& s) { return s.simulation().next_dt(); })
+      .def("node_count", [](const S& s) { return s.solver().node_count(); })
+      .def("memory", [](const S& s) { return s.solver().memory(); });
+}
+
+}  // namespace matpoint::python

@@ -1,0 +1,497 @@
+"""Simulations: run, read and change a case while it runs."""
+
+from __future__ import annotations
+
+import sys
+import weakref
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from matpoint import _core
+from matpoint.case import Case, node_positions
+from matpoint.functions import Floats
+from matpoint.results import did_you_mean
+
+if TYPE_CHECKING:
+    import pandas
+    import pyvista
+
+
+def set_threads(count: int) -> None:
+    """Threads for all simulations from now on; 0 takes all processors. Results are the same bits for any number.
+
+    Raises:
+        InputError: The count is negative or above 1024.
+    """
+    if not 0 <= count <= 1024:
+        raise _core.InputError(f"set_threads: {count} is not allowed: give 1 to 1024, or 0 for all processors")
+    _core.set_threads(count)
+
+
+def threads() -> int:
+    """Threads that simulations use."""
+    return int(_core.threads())
+
+
+class FieldArray(NDArray[np.float64] if TYPE_CHECKING else np.ndarray):  # type: ignore[misc]
+    """A field of a body as it was when it was read: a NumPy array that owns its numbers and stays valid.
+
+    Assigning to a part of it assigns to the simulation: `body.velocity[mask] = 0` reads the field, changes the part, and assigns the whole
+    with `BodyState.assign`. Everything computed from it is a plain array, and so is a part that is read: a copy.
+    """
+
+    _assign: Callable[[Any, Any], Floats] | None
+
+    def __array_finalize__(self, obj: Any) -> None:
+        self._assign = None
+
+    def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
+        plain = np.asarray(array)
+        return plain[()] if plain.ndim == 0 else plain
+
+    def __getitem__(self, key: Any) -> Any:
+        return np.array(np.asarray(self)[key])[()]
+
+    def __setitem__(self, key: Any, value: Any) -> None:
+        if self._assign is None:
+            raise _core.InputError("this array is a view of a field that was read; assign to the field of the body itself: body.velocity[...] = ...")
+        fresh = self._assign(key, value)
+        plain = self.view(np.ndarray)
+        plain.flags.writeable = True
+        if plain.shape == fresh.shape:
+            plain[...] = fresh
+        plain.flags.writeable = False
+
+
+class BodyState:
+    """A body of a simulation: its particles now, in the order of their ids. `Simulation.bodies` has them.
+
+    Reading a field gives a snapshot (n particles). Assigning position, velocity or deformation_gradient, or a part of one, changes the
+    simulation; other fields follow from these and are refused with the reason.
+    """
+
+    def __init__(self, simulation: Simulation, index: int, name: str) -> None:
+        self._simulation = simulation
+        self._index = index
+        self._name = name
+
+    @property
+    def name(self) -> str:
+        """The body's name."""
+        return self._name
+
+    def __len__(self) -> int:
+        return int(self._simulation._core.particle_count(self._index))
+
+    def __repr__(self) -> str:
+        return f"<body {self._name}: {len(self)} particles, fields {', '.join(self.fields)}>"
+
+    @property
+    def fields(self) -> list[str]:
+        """Names of all fields."""
+        return list(self._simulation._core.field_names(self._index))
+
+    def field(self, name: str) -> FieldArray:
+        """A field by its name (`fields`), shape (n,), (n, dim) or (n, 3, 3). Raises InputError for an unknown name."""
+        array = self._simulation._core.field(self._index, name).view(FieldArray)
+        array.flags.writeable = False
+        simulation = weakref.ref(self._simulation)
+        index = self._index
+
+        def assign(key: Any, value: Any) -> Floats:
+            alive = simulation()
+            if alive is None:
+                raise _core.InputError(f"{name}: its simulation does not exist any more, so nothing can be assigned to it")
+            fresh = np.array(alive._core.field(index, name))
+            fresh[key] = value
+            alive._core.set_field(index, name, np.ascontiguousarray(fresh))
+            return fresh
+
+        array._assign = assign
+        return array
+
+    def __getitem__(self, name: str) -> FieldArray:
+        return self.field(name)
+
+    def assign(self, name: str, values: ArrayLike) -> None:
+        """Assigns a field of all particles.
+
+        Args:
+            name: "position" [m], "velocity" [m/s] or "deformation_gradient" [1].
+            values: The shape of the field, or one that broadcasts to it.
+
+        Raises:
+            InputError: The field cannot be assigned, the shape is wrong, or a value is impossible (outside of the grid, not finite,
+                det F <= 0); the text says which, and nothing has changed.
+
+        Energy and momentum that come or go with it are booked as the start's, so that the balances of the history stay closed.
+        """
+        shape = self._simulation._core.field(self._index, name).shape
+        given = np.asarray(values, dtype=np.float64)
+        try:
+            full = np.ascontiguousarray(np.broadcast_to(given, shape))
+        except ValueError:
+            raise _core.InputError(f'body "{self._name}": {name} has the shape {shape}; an array of shape {given.shape} does not fit') from None
+        self._simulation._core.set_field(self._index, name, full)
+
+    def __setitem__(self, name: str, values: ArrayLike) -> None:
+        self.assign(name, values)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name.startswith("_"):
+            object.__setattr__(self, name, value)
+        else:
+            self.assign(name, value)
+
+    @property
+    def position(self) -> FieldArray:
+        """Positions [m], shape (n, dim). May be assigned."""
+        return self.field("position")
+
+    @property
+    def velocity(self) -> FieldArray:
+        """Velocities [m/s], shape (n, dim). May be assigned."""
+        return self.field("velocity")
+
+    @property
+    def deformation_gradient(self) -> FieldArray:
+        """Deformation gradients F [1], shape (n, 3, 3); plane strain in 2D. May be assigned."""
+        return self.field("deformation_gradient")
+
+    @property
+    def stress(self) -> FieldArray:
+        """Cauchy stresses [Pa], shape (n, 3, 3)."""
+        return self.field("stress")
+
+    @property
+    def von_mises(self) -> FieldArray:
+        """Von Mises stresses [Pa], shape (n,)."""
+        return self.field("von_mises")
+
+    @property
+    def pressure(self) -> FieldArray:
+        """Pressures, minus the mean stress [Pa], shape (n,)."""
+        return self.field("pressure")
+
+    @property
+    def J(self) -> FieldArray:
+        """Volume ratios det F [1], shape (n,)."""
+        return self.field("J")
+
+    @property
+    def volume(self) -> FieldArray:
+        """Present volumes [m^3] (areas [m^2] in 2D), shape (n,)."""
+        return self.field("volume")
+
+    @property
+    def mass(self) -> FieldArray:
+        """Masses [kg] (per metre of thickness in 2D), shape (n,)."""
+        return self.field("mass")
+
+    @property
+    def id(self) -> NDArray[np.int64]:
+        """Ids, ascending, shape (n,); with removed particles there are gaps."""
+        return np.asarray(self.field("id")).astype(np.int64)
+
+    def to_pyvista(self) -> pyvista.PolyData:
+        """The particles with all fields as a PyVista object, for `.plot()`. Raises ImportError without the package pyvista."""
+        from matpoint import plot
+
+        return plot.to_pyvista(self)
+
+
+class GridState:
+    """The background grid of a simulation: its nodes and what they carried in the last step. Arrays are numbered x fastest."""
+
+    def __init__(self, simulation: Simulation, grid: Mapping[str, Any]) -> None:
+        self._simulation = simulation
+        self._grid = grid
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Nodes per direction, slowest first: (ny, nx) or (nz, ny, nx), so `grid.mass.reshape(grid.shape)` is a picture."""
+        return tuple(int(n) + 1 for n in reversed(self._grid["cells"]))
+
+    @property
+    def node_count(self) -> int:
+        """All nodes."""
+        return int(self._simulation._core.node_count())
+
+    @property
+    def position(self) -> Floats:
+        """Positions of the nodes [m], shape (nodes, dim)."""
+        return node_positions(self._grid)
+
+    @property
+    def mass(self) -> Floats:
+        """Nodal masses of the last step [kg], shape (nodes,); 0 where no particle is near."""
+        return np.asarray(self._simulation._core.grid_fields()["mass"])
+
+    @property
+    def velocity(self) -> Floats:
+        """Nodal velocities of the last step [m/s], shape (nodes, dim)."""
+        return np.asarray(self._simulation._core.grid_fields()["velocity"])
+
+    def __repr__(self) -> str:
+        return f"<grid: {' x '.join(str(n) for n in reversed(self.shape))} nodes>"
+
+
+class History(Mapping[str, Floats]):
+    """Sums over the bodies at the times of the history: the columns of history.csv as arrays of shape (rows,)."""
+
+    def __init__(self, columns: dict[str, Floats], units: dict[str, str]) -> None:
+        self._columns = columns
+        self.units = units
+        """Unit of each column."""
+
+    def __getitem__(self, name: str) -> Floats:
+        if name not in self._columns:
+            raise KeyError(f'the history has no column "{name}"{did_you_mean(name, list(self._columns))}')
+        return self._columns[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    def __repr__(self) -> str:
+        return f"<history: {len(next(iter(self._columns.values())))} rows, {len(self)} columns>"
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A DataFrame with the times as index. Raises ImportError without the package pandas."""
+        import pandas
+
+        return pandas.DataFrame(dict(self._columns)).set_index("time")
+
+    def _repr_png_(self) -> bytes:
+        from matpoint import plot
+
+        return plot.png_of(plot.energies(self))
+
+
+class Simulation:
+    """A case with its particles, ready to run or in the middle of it.
+
+    Args:
+        case: What to simulate; later changes of it do not change the simulation.
+
+    Raises:
+        InputError: The case is wrong; the text names the place, the value and what is allowed.
+    """
+
+    def __init__(self, case: Case) -> None:
+        self._case = case.copy()
+        self._core = _core.Simulation(self._case._to_core(), self._case.name)
+        self._callbacks: list[Callable[[Simulation], object]] = []
+        self._grid = GridState(self, self._core.resolved()["grid"])
+        for index, body in enumerate(self._case.body):
+            velocity = body.get("velocity")
+            if callable(velocity):
+                state = self.bodies[self._core.body_names()[index]]
+                state.velocity = velocity(np.asarray(state.position))
+
+    @property
+    def case(self) -> Case:
+        """A copy of the case."""
+        return self._case.copy()
+
+    @property
+    def time(self) -> float:
+        """Present time [s]."""
+        return float(self._core.time())
+
+    @property
+    def step_count(self) -> int:
+        """Steps done."""
+        return int(self._core.step_count())
+
+    @property
+    def dt(self) -> float:
+        """The last time step [s]; 0 before the first."""
+        return float(self._core.last_dt())
+
+    @property
+    def next_dt(self) -> float:
+        """The next time step [s]: the fixed one, or cfl times the stable limit now. Raises SolverError below dt_min."""
+        return float(self._core.next_dt())
+
+    @property
+    def memory(self) -> int:
+        """Bytes of particles and grid."""
+        return int(self._core.memory())
+
+    @property
+    def warnings(self) -> list[str]:
+        """Things that work as asked but probably not as meant, a sentence each."""
+        return list(self._core.warnings())
+
+    @property
+    def bodies(self) -> dict[str, BodyState]:
+        """The bodies by name, in the order of the case."""
+        return {name: BodyState(self, index, name) for index, name in enumerate(self._core.body_names())}
+
+    @property
+    def grid(self) -> GridState:
+        """The background grid."""
+        return self._grid
+
+    @property
+    def history(self) -> History:
+        """What `run` and `record` have recorded so far, every `output.history_every` seconds of simulated time."""
+        names, table = self._core.history_names(), self._core.history()
+        return History({name: table[row] for row, name in enumerate(names)}, dict(zip(names, self._core.history_units())))
+
+    def run(
+        self, until: float | None = None, *, output: str | Path | None = None, overwrite: bool = False, progress: bool = False
+    ) -> str:
+        """Runs on; other Python threads go on meanwhile, and Ctrl-C ends the run after a step with everything written.
+
+        Args:
+            until: Time [s]; default: `time.end` of the case. The last automatic step is cut to end there.
+            output: A results folder, as `matpoint run` writes it (`Results` reads it). Only when no step is done yet; later runs go on
+                writing into it.
+            overwrite: Replace the results of an earlier run in that folder.
+            progress: Print the share done and the time left, once a second.
+
+        Returns:
+            Why it ended: "finished", "stopped" (by a callback), "stopped (a particle left the grid)".
+
+        Raises:
+            InputError: The folder may not be used; it is given although steps were done; `until` is not a positive time.
+            SolverError: The state stopped being finite, a particle left the grid, or the disk is full; files are intact up to then.
+            KeyboardInterrupt: Ctrl-C; files are complete up to the present time.
+            Exception: Whatever a function of the case or a callback raises, unchanged; files are intact.
+        """
+        if until is not None and not (0 < float(until) < float("inf")):
+            raise _core.InputError(f"run: until = {until} is not allowed, it must be a positive time [s]")
+        if output is not None:
+            if self.step_count > 0 or self._core.has_results():
+                raise _core.InputError("run: output can be given to the first run of a simulation only; later runs go on writing there")
+            self._core.open_results(str(output), overwrite, f"Python: {' '.join(sys.argv) or 'interactive'}")
+        if not progress:
+            return str(self._core.run(until))
+        with _Progress(self, until):
+            return str(self._core.run(until))
+
+    def step(self, count: int = 1) -> None:
+        """Does some steps, without recording or writing anything and without calling callbacks.
+
+        Raises:
+            InputError: The count is negative.
+            SolverError: As for `run`.
+        """
+        if count < 0:
+            raise _core.InputError(f"step: count = {count} is not allowed, it must be >= 0")
+        self._core.step(count)
+
+    def record(self) -> None:
+        """Adds the present state to the history, e.g. after `step`."""
+        self._core.record()
+
+    def every(
+        self, function: Callable[[Simulation], object] | None = None, *, steps: int | None = None, time: float | None = None
+    ) -> Callable[[Simulation], object] | Callable[[Callable[[Simulation], object]], Callable[[Simulation], object]]:
+        """Has `run` call a function after every so many steps or so much simulated time, and at the start. May be used as a decorator.
+
+        Args:
+            function: Takes the simulation; it may read and assign fields. Returning False ends the run; anything else goes on.
+            steps: Number of steps between calls; default 1 when `time` is not given.
+            time: Simulated time between calls [s]: called after the first step at or after each multiple. Steps are not cut for it.
+
+        Returns:
+            The function.
+
+        Raises:
+            InputError: steps or time is not positive, or both are given.
+
+        Example:
+            @simulation.every(time=0.01)
+            def stop_when_slow(simulation): return simulation.bodies["ball"].velocity[:, 1].max() > 0.1
+        """
+        if steps is not None and time is not None:
+            raise _core.InputError("every: steps and time are both given; give one of them")
+        if steps is not None and steps < 1:
+            raise _core.InputError(f"every: steps = {steps} is not allowed, it must be >= 1")
+        if time is not None and not time > 0:
+            raise _core.InputError(f"every: time = {time} is not allowed, it must be > 0 [s]")
+        if function is None:
+            return lambda decorated: self._add(decorated, steps, time)
+        return self._add(function, steps, time)
+
+    def _add(self, function: Callable[[Simulation], object], steps: int | None, time: float | None) -> Callable[[Simulation], object]:
+        if not callable(function):
+            raise _core.InputError(f"every: {function!r} is no function")
+        # The core keeps a weak reference: a function that knows the simulation would keep it alive for ever.
+        self._callbacks.append(function)
+        self._core.add_callback(_trampoline(self, len(self._callbacks) - 1), (steps or 1) if time is None else 0, time or 0.0, 0.0)
+        return function
+
+    def __repr__(self) -> str:
+        bodies = ", ".join(f"{name} ({len(body)} particles)" for name, body in self.bodies.items())
+        return f"<simulation of {self._case.name}: t = {self.time:.6g} s, step {self.step_count}, {bodies}>"
+
+    def _repr_png_(self) -> bytes:
+        from matpoint import plot
+
+        return plot.png_of(plot.particles(self))
+
+
+def _trampoline(simulation: Simulation, index: int) -> Callable[[], bool]:
+    reference = weakref.ref(simulation)
+
+    def call() -> bool:
+        alive = reference()
+        return alive is None or alive._callbacks[index](alive) is not False
+
+    return call
+
+
+class _Progress:
+    """Prints how far a run is, once a second."""
+
+    _installed: weakref.WeakKeyDictionary[Simulation, list[_Progress | None]] = weakref.WeakKeyDictionary()
+
+    def __init__(self, simulation: Simulation, until: float | None) -> None:
+        self._end = float(until) if until is not None else float(simulation._core.resolved()["time"]["end"])
+        self._begin = simulation.time
+        self._simulation = simulation
+
+    def __enter__(self) -> None:
+        import time
+
+        self._start = time.perf_counter()
+        current = self._installed.get(self._simulation)
+        if current is not None:
+            current[0] = self
+            return
+        slot: list[_Progress | None] = [self]
+        self._installed[self._simulation] = slot
+        reference = weakref.ref(self._simulation)
+
+        def tell() -> bool:
+            alive = reference()
+            if alive is not None and slot[0] is not None:
+                slot[0].show(alive)
+            return True
+
+        self._simulation._core.add_callback(tell, 0, 0.0, 1.0)
+
+    def show(self, simulation: Simulation) -> None:
+        """One line, over the last one."""
+        import time
+
+        share = (simulation.time - self._begin) / max(self._end - self._begin, 1e-300)
+        left = (time.perf_counter() - self._start) * (1 - share) / max(share, 1e-9)
+        print(f"\r{100 * share:5.1f} %  t = {simulation.time:.4g} s  step {simulation.step_count}  {left:.0f} s left   ", end="", flush=True)
+
+    def __exit__(self, *_: object) -> None:
+        self._installed[self._simulation][0] = None
+        print(f"\r100.0 %  t = {self._simulation.time:.4g} s  step {self._simulation.step_count}" + " " * 20, flush=True)
+
+
+__all__ = ["BodyState", "FieldArray", "GridState", "History", "Simulation", "set_threads", "threads"]

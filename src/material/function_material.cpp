@@ -1,0 +1,63 @@
+#include "material/function_material.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace matpoint {
+namespace {
+
+void require(bool holds, const char* name, Real value, const char* allowed) {
+  if (!holds) throw InputError("function law: {} = {} is not allowed, it must be {}", name, value, allowed);
+}
+
+}  // namespace
+
+FunctionMaterial::FunctionMaterial(std::string name, Function function, Real density, Real wave_speed, Real kinematic_viscosity,
+                                   int history_size)
+    : name_(std::move(name)),
+      function_(std::move(function)),
+      density_(density),
+      wave_speed_(wave_speed),
+      kinematic_viscosity_(kinematic_viscosity),
+      history_size_(history_size) {
+  require(density > 0 && std::isfinite(density), "density", density, "> 0 [kg/m^3]");
+  require(wave_speed > 0 && std::isfinite(wave_speed), "wave_speed", wave_speed, "> 0 [m/s]");
+  require(kinematic_viscosity >= 0 && std::isfinite(kinematic_viscosity), "kinematic_viscosity", kinematic_viscosity, ">= 0 [m^2/s]");
+  require(history_size >= 0 && history_size <= 1000, "history_size", history_size, "an integer from 0 to 1000");
+}
+
+Material::Matrix FunctionMaterial::kirchhoff_stress(const Matrix& F) const {
+  const Matrix L{};
+  Matrix tau{};
+  std::vector<Real> history(static_cast<std::size_t>(history_size_), 0);
+  evaluate({1, F.data(), L.data(), 0, history.data(), tau.data()});
+  rethrow();
+  return tau;
+}
+
+void FunctionMaterial::evaluate(const MaterialPoints& points) const noexcept {
+  try {
+    function_(points);
+  } catch (...) {
+    std::fill_n(points.tau, 9 * points.count, Real{0});
+    const std::lock_guard lock(mutex_);
+    if (!error_) error_ = std::current_exception();
+  }
+}
+
+void FunctionMaterial::rethrow() const {
+  const std::lock_guard lock(mutex_);
+  if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
+}
+
+Input FunctionMaterial::write(int) const {
+  Input table = Input::table();
+  table.set("type", Input::string("function"));
+  table.set("function", Input::string(name_));
+  table.set("density", Input::real(density_));
+  table.set("wave_speed", Input::real(wave_speed_));
+  table.set("kinematic_viscosity", Input::real(kinematic_viscosity_));
+  return table;
+}
+
+}  // namespace matpoint
