@@ -75,6 +75,8 @@ nb::tuple load_case_data(const std::string& name, const std::vector<std::string>
 NB_MODULE(_core, m) {
   using namespace matpoint;
   using namespace matpoint::python;
+  // What lives until the interpreter ends, e.g. a simulation in a script's globals, is no leak.
+  nb::set_leak_warnings(false);
   nb::exception<InputError>(m, "InputError", PyExc_ValueError);
   nb::exception<SolverError>(m, "SolverError", PyExc_RuntimeError);
   bind_functions(m);

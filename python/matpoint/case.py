@@ -200,10 +200,10 @@ class Case:
         grid: dict[str, Any] = self.resolved()["grid"]
         data["body"] = [_body_to_core(body, dim) for body in self._data.get("body", [])]
         boundaries = []
-        for boundary in self._data.get("boundary", []):
+        for number, boundary in enumerate(self._data.get("boundary", []), start=1):
             boundary = dict(boundary)
             if isinstance(boundary.get("region"), Where):
-                boundary["region"] = _node_set(boundary["region"], grid)
+                boundary["region"] = _node_set(boundary["region"], grid, f"boundary {number}: region")
             if callable(boundary.get("velocity")):
                 boundary["velocity"] = _core.velocity_history(_checked_velocity(boundary["velocity"], dim), dim)
             boundaries.append(boundary)
@@ -300,10 +300,10 @@ def node_positions(grid: Mapping[str, Any]) -> Floats:
     return np.stack([axis.ravel() for axis in reversed(mesh)], axis=1)
 
 
-def _node_set(region: Where, grid: Mapping[str, Any]) -> _core.Region:
+def _node_set(region: Where, grid: Mapping[str, Any], where: str) -> _core.Region:
     mask = np.ascontiguousarray(region.mask(node_positions(grid)))
     if not mask.any():
-        raise _core.InputError(f"boundary: {region!r} chooses none of the {len(mask)} nodes of the grid, so it would do nothing")
+        raise _core.InputError(f"{where}: {region!r} chooses none of the {len(mask)} nodes of the grid, so it would do nothing")
     return _core.node_set(
         len(grid["cells"]), [float(x) for x in grid["lower"]], [float(x) for x in grid["upper"]], [int(n) + 1 for n in grid["cells"]], mask
     )

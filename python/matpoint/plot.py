@@ -20,11 +20,12 @@ Exit code 2 when DIR is no results folder, a field or time does not exist, or a 
 from __future__ import annotations
 
 import argparse
+import functools
 import io
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, ParamSpec, Protocol
 
 try:
     import h5py  # noqa: F401  (results.py reads with it; its absence shall be said here, in words)
@@ -70,6 +71,20 @@ STYLE = {
 # Okabe & Ito (2008): colours that the colour-blind tell apart.
 COLORS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F7F7F"]
 PANELS = 6
+
+
+P = ParamSpec("P")
+
+
+def _styled(function: Callable[P, Figure]) -> Callable[P, Figure]:
+    """Our look for one function, and nobody else's settings touched."""
+
+    @functools.wraps(function)
+    def drawing(*args: P.args, **kwargs: P.kwargs) -> Figure:
+        with plt.rc_context(STYLE):
+            return function(*args, **kwargs)
+
+    return drawing
 
 
 def dissipated_energy(history: Mapping[str, Floats]) -> Floats:
@@ -175,6 +190,7 @@ def _history_of(source: Results | Simulation | History | Mapping[str, Floats]) -
     return source if isinstance(source, Mapping) else source.history
 
 
+@_styled
 def energies(source: Results | Simulation | History | Mapping[str, Floats]) -> Figure:
     """Energies [J] over time [s]; parts that are zero throughout are left out.
 
@@ -202,6 +218,7 @@ def energies(source: Results | Simulation | History | Mapping[str, Floats]) -> F
     return figure
 
 
+@_styled
 def momentum(source: Results | Simulation | History | Mapping[str, Floats]) -> Figure:
     """Momentum [N s] over time [s], one panel per direction.
 
@@ -225,6 +242,7 @@ def momentum(source: Results | Simulation | History | Mapping[str, Floats]) -> F
     return figure
 
 
+@_styled
 def probes(results: Results) -> Figure:
     """Position, velocity and stress of the probes' particles over time."""
     names = list(results.probes)
@@ -332,17 +350,22 @@ def draw_particles(
     """Draws all bodies at one written time. Returns the scatters with their particle sizes [m]."""
     drawn = []
     for body in scene.bodies.values():
-        positions = body.positions(index)
-        values = body.scalar(field, index)
-        if scene.dim == 3:
-            # Far ones first: the view is the standard isometric one of project().
-            order = np.argsort(positions @ np.array([1.0, 1.0, 1.0]))
-            positions, values = positions[order], values[order]
-        points = project(positions, scene.dim)
+        points, values = points_of(body, index, field, scene.dim)
         marker = "s" if scene.dim == 2 else "o"
         scatter = axes.scatter(points[:, 0], points[:, 1], c=values, norm=norm, cmap=cmap, marker=marker, linewidths=0, rasterized=True)
         drawn.append((scatter, particle_size(body, scene.dim)))
     return drawn
+
+
+def points_of(body: Particles, index: int, field: str, dim: int) -> tuple[Floats, Floats]:
+    """Places in the picture's plane [m], shape (n, 2), and values, shape (n,), in the order in which they are to be drawn."""
+    positions = body.positions(index)
+    values = body.scalar(field, index)
+    if dim == 3:
+        # Far ones first: the view is the standard isometric one of project().
+        order = np.argsort(positions @ np.array([1.0, 1.0, 1.0]))
+        positions, values = positions[order], values[order]
+    return project(positions, dim), values
 
 
 def project(positions: Floats, dim: int) -> Floats:
@@ -373,6 +396,7 @@ def draw_grid_box(axes: Axes, scene: Scene) -> None:
     axes.set_ylim(points[:, 1].min() - margin, points[:, 1].max() + margin)
 
 
+@_styled
 def particles(source: Results | Simulation, field: str | None = None, times: Sequence[float] | None = None) -> Figure:
     """All particles coloured by a field, one panel per time, on one colour scale.
 
@@ -449,6 +473,7 @@ def _title_of(source: Any, what: str = "") -> str:
     return f"{title}: {what}" if what and title else title or what
 
 
+@_styled
 def profile(
     source: Results | Simulation,
     field: str,
@@ -477,20 +502,19 @@ def profile(
             raise ResultsError(f'there is no body "{name}"{did_you_mean(name, list(scene.bodies))}')
     chosen = [scene.bodies[name] for name in bodies or scene.bodies]
     indices = choose_times(chosen, times if times is not None else [float(chosen[0].times[-1])] if len(chosen[0].times) else None)
-    with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(figsize=(5.2, 3.6))
-        for number, (index, body) in enumerate((i, b) for i in indices for b in chosen):
-            axes.plot(
-                body.positions(index)[:, "xyz".index(along)],
-                body.scalar(field, index),
-                ".",
-                markersize=3,
-                color=COLORS[number % len(COLORS)],
-                label=f"{body.name}, t = {body.times[index]:.4g} s",
-            )
-        unit = scene.unit(field)
-        axes.set(xlabel=f"{along} [m]", ylabel=f"{field} [{unit}]" if unit else field, title=scene.title)
-        axes.legend(loc="upper left", bbox_to_anchor=(1, 1))
+    figure, axes = plt.subplots(figsize=(5.2, 3.6))
+    for number, (index, body) in enumerate((i, b) for i in indices for b in chosen):
+        axes.plot(
+            body.positions(index)[:, "xyz".index(along)],
+            body.scalar(field, index),
+            ".",
+            markersize=3,
+            color=COLORS[number % len(COLORS)],
+            label=f"{body.name}, t = {body.times[index]:.4g} s",
+        )
+    unit = scene.unit(field)
+    axes.set(xlabel=f"{along} [m]", ylabel=f"{field} [{unit}]" if unit else field, title=scene.title)
+    axes.legend(loc="upper left", bbox_to_anchor=(1, 1))
     return figure
 
 
@@ -518,24 +542,32 @@ def animate(results: Results, field: str, path: str | Path, *, frames_per_second
         raise ResultsError(f'"{path}": .mp4 needs the program ffmpeg, which is not installed; take .gif')
     bodies = list(results.bodies.values())
     count = len(choose_times(bodies, [float(t) for t in bodies[0].times] if bodies else None))
-    norm, cmap, _ = color_scale(np.concatenate([body.scalar(field, i) for i in range(count) for body in bodies]))
+    norm, cmap, extend = color_scale(np.concatenate([body.scalar(field, i) for i in range(count) for body in bodies]))
     lower, upper = grid_box(results)
     aspect = float(np.clip((upper[1] - lower[1]) / (upper[0] - lower[0]), 0.3, 3)) if results.dim == 2 else 1.0
     with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(figsize=(5.6, 5.0 * aspect + 0.8))
+        figure, axes = plt.subplots(figsize=(6.2, 5.0 * aspect + 0.8))
+
+        unit = results.unit(field)
+        scale = matplotlib.cm.ScalarMappable(norm, cmap)
+        figure.colorbar(scale, ax=axes, label=f"{field} [{unit}]" if unit else field, extend=extend, shrink=0.9)
+        axes.grid(False)
+        axes.set(xlabel="x [m]" if results.dim == 2 else "", ylabel="y [m]" if results.dim == 2 else "", title=results.title)
+        draw_grid_box(axes, results)
+        drawn = draw_particles(axes, results, 0, field, norm, cmap)
+        size_markers(figure, [(axes, *item) for item in drawn])
+        figure.set_layout_engine("none")  # laid out; doing so for each frame takes most of the time
 
         def draw(index: int) -> list[Any]:
-            axes.clear()
-            axes.grid(False)
-            draw_grid_box(axes, results)
-            drawn = [(axes, *item) for item in draw_particles(axes, results, index, field, norm, cmap)]
             axes.set_title(f"{results.title}, t = {bodies[0].times[index]:.4g} s")
-            size_markers(figure, drawn)
-            return [item[1] for item in drawn]
+            for (scatter, _), body in zip(drawn, bodies, strict=True):
+                points, values = points_of(body, index, field, results.dim)
+                scatter.set_offsets(points)
+                scatter.set_array(values)
+            return [scatter for scatter, _ in drawn]
 
         moving = animation.FuncAnimation(figure, draw, frames=count, init_func=lambda: [])
-        writer: Any = "ffmpeg" if path.suffix == ".mp4" else animation.PillowWriter(fps=frames_per_second)  # type: ignore[arg-type]
-        moving.save(path, writer=writer, fps=frames_per_second)
+        moving.save(path, writer="ffmpeg" if path.suffix == ".mp4" else "pillow", fps=frames_per_second, dpi=80)
         plt.close(figure)
     return path
 

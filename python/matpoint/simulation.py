@@ -142,25 +142,38 @@ class BodyState:
         self.assign(name, values)
 
     def __setattr__(self, name: str, value: Any) -> None:
-        if name.startswith("_"):
+        described = getattr(type(self), name, None)
+        if name.startswith("_") or (isinstance(described, property) and described.fset is not None):
             object.__setattr__(self, name, value)
         else:
-            self.assign(name, value)
+            self.assign(name, value)  # which says why this one cannot be assigned
 
     @property
     def position(self) -> FieldArray:
         """Positions [m], shape (n, dim). May be assigned."""
         return self.field("position")
 
+    @position.setter
+    def position(self, values: ArrayLike) -> None:
+        self.assign("position", values)
+
     @property
     def velocity(self) -> FieldArray:
         """Velocities [m/s], shape (n, dim). May be assigned."""
         return self.field("velocity")
 
+    @velocity.setter
+    def velocity(self, values: ArrayLike) -> None:
+        self.assign("velocity", values)
+
     @property
     def deformation_gradient(self) -> FieldArray:
         """Deformation gradients F [1], shape (n, 3, 3); plane strain in 2D. May be assigned."""
         return self.field("deformation_gradient")
+
+    @deformation_gradient.setter
+    def deformation_gradient(self, values: ArrayLike) -> None:
+        self.assign("deformation_gradient", values)
 
     @property
     def stress(self) -> FieldArray:
