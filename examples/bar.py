@@ -5,9 +5,8 @@ Expected: the velocity of the centre of mass is 0.063662 cos(2 pi t / 10 s) m/s,
 Runs in about 1 s. The same as a case file: `matpoint run bar`.
 """
 
-import numpy as np
-
 import matpoint as mp
+import numpy as np
 
 
 def case() -> mp.Case:

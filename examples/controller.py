@@ -5,9 +5,8 @@ Expected: the block comes to rest at y = 0.6 m, within 1 mm, 2 s after it was dr
 Runs in about 2 s.
 """
 
-import numpy as np
-
 import matpoint as mp
+import numpy as np
 
 TARGET = 0.6  # [m]
 STIFFNESS, DAMPING = 25.0, 10.0  # [1/s^2], [1/s]: critically damped

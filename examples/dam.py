@@ -5,9 +5,8 @@ Expected: the front passes x = 4 m at 0.5170 s with MUSL and dt = 1e-4 s (0.5172
 Runs in about 5 s. The same as a case file: `matpoint run dam`.
 """
 
-import numpy as np
-
 import matpoint as mp
+import numpy as np
 
 
 def case() -> mp.Case:

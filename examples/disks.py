@@ -5,9 +5,8 @@ Expected: energy 2.5132741 J per metre at the start, restitution 0.96898, zero m
 Runs in about 1 s. The same as a case file: `matpoint run disks`.
 """
 
-import numpy as np
-
 import matpoint as mp
+import numpy as np
 
 
 def case() -> mp.Case:

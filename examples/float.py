@@ -5,9 +5,8 @@ Expected: first minimum of the block's bottom particle 0.1211 m at 0.644 s (thes
 Runs in about 5 s. The same as a case file: `matpoint run float`.
 """
 
-import numpy as np
-
 import matpoint as mp
+import numpy as np
 
 HEIGHTS: list[tuple[float, float]] = []  # time [s], height of the keel [m]
 

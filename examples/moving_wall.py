@@ -6,9 +6,8 @@ lose when the block flies off; the impulses add up to the block's momentum, to r
 Runs in about 1 s.
 """
 
-import numpy as np
-
 import matpoint as mp
+import numpy as np
 
 RISE_TIME = 0.2  # [s]
 SPEED = 0.5  # [m/s]

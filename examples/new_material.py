@@ -5,10 +5,9 @@ Expected: for small strains it is Hooke's law, so the bar of bar.py vibrates wit
 Runs in about 2 s: a law in Python is a hundred times slower than one in C++ (docs/add_a_material.md), fast enough to try one.
 """
 
+import matpoint as mp
 import numpy as np
 from bar import case as bar
-
-import matpoint as mp
 
 YOUNGS_MODULUS = 100.0  # [Pa]
 SHEAR_MODULUS = YOUNGS_MODULUS / 2  # Poisson's ratio is 0

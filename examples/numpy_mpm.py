@@ -5,10 +5,9 @@ Expected: positions, velocities and deformation gradients of the two disks agree
 Runs in about 1 s.
 """
 
+import matpoint as mp
 import numpy as np
 from disks import case
-
-import matpoint as mp
 
 
 class NumpyMpm:

@@ -8,10 +8,9 @@ Runs in about 3 s.
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
+import matpoint as mp
 import numpy as np
 from bar import case
-
-import matpoint as mp
 
 MODULI = [25.0, 100.0, 400.0]  # [Pa]
 

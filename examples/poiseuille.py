@@ -5,9 +5,8 @@ Expected: the parabola v = F y (L - y) / (2 nu), 2.5e-5 m/s in the middle, withi
 Runs in about 1 s. The same as a case file: `matpoint run poiseuille`.
 """
 
-import numpy as np
-
 import matpoint as mp
+import numpy as np
 
 
 def case() -> mp.Case:

@@ -8,10 +8,9 @@ Runs in about 2 s.
 import tempfile
 from pathlib import Path
 
+import matpoint as mp
 import numpy as np
 from disks import case
-
-import matpoint as mp
 
 
 def run() -> tuple[mp.Simulation, mp.Results, Path]:

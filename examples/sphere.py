@@ -5,9 +5,8 @@ Expected: energy within 1 % of m g times the fall; no motion sideways.
 Runs in about 1 s. The same as a case file: `matpoint run sphere`.
 """
 
-import numpy as np
-
 import matpoint as mp
+import numpy as np
 
 
 def case() -> mp.Case:

@@ -5,9 +5,8 @@ Expected: length of the middle column 0.1202 m, width of the top row 0.0308 m, a
 Runs in about 5 s. The same as a case file: `matpoint run truss`.
 """
 
-import numpy as np
-
 import matpoint as mp
+import numpy as np
 
 
 def case() -> mp.Case:

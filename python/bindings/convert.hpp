@@ -12,6 +12,8 @@ namespace matpoint::python {
 namespace nb = nanobind;
 
 using Array = nb::ndarray<nb::numpy, Real>;
+/// A dict of names to anything, as stubs should say it.
+using Table = nb::typed<nb::dict, nb::str, nb::any>;
 /// What Python functions may return and users may pass: converted to contiguous float64 before it arrives.
 using ConstArray = nb::ndarray<nb::numpy, const Real, nb::c_contig, nb::device::cpu>;
 

@@ -48,8 +48,8 @@ nb::list describe(const TypeRegistry<Base>& registry) {
 }
 
 /// Everything that a case can name, with its parameters.
-nb::dict vocabulary() {
-  nb::dict all;
+nb::typed<nb::dict, nb::str, nb::typed<nb::list, Table>> vocabulary() {
+  nb::typed<nb::dict, nb::str, nb::typed<nb::list, Table>> all;
   nb::list sections;
   for (const CaseSection& section : case_sections()) sections.append(describe(section.name, section.summary, section.parameters));
   all["sections"] = sections;
@@ -61,12 +61,12 @@ nb::dict vocabulary() {
 }
 
 /// A case file or a shipped case, with changes, checked as far as it can be without particles: (name, data).
-nb::tuple load_case_data(const std::string& name, const std::vector<std::string>& sets) {
+nb::typed<nb::tuple, nb::str, Table> load_case_data(const std::string& name, const std::vector<std::string>& sets) {
   const CaseText found = find_case(name);
   Input input = parse_toml(found.text, found.file);
   for (const std::string& set : sets) apply_set(input, set);
   Case::from_input(input, found.name);
-  return nb::make_tuple(found.name, from_input(input));
+  return nb::borrow<nb::typed<nb::tuple, nb::str, Table>>(nb::make_tuple(found.name, from_input(input)));
 }
 
 }  // namespace
@@ -83,10 +83,10 @@ NB_MODULE(_core, m) {
   bind_simulation(m);
   m.def("vocabulary", &vocabulary);
   m.def("load_case", &load_case_data, nb::arg("name"), nb::arg("sets"));
-  m.def("parse_toml", [](const std::string& text, const std::string& file) { return from_input(parse_toml(text, file)); }, nb::arg("text"),
+  m.def("parse_toml", [](const std::string& text, const std::string& file) { return nb::borrow<Table>(from_input(parse_toml(text, file))); }, nb::arg("text"),
         nb::arg("file"));
   m.def("write_toml", [](nb::handle data) { return write_toml(to_input(data, "")); }, nb::arg("data"));
-  m.def("resolve", [](nb::handle data, const std::string& name) { return from_input(Case::from_input(to_input(data, ""), name).to_input()); },
+  m.def("resolve", [](nb::handle data, const std::string& name) { return nb::borrow<Table>(from_input(Case::from_input(to_input(data, ""), name).to_input())); },
         nb::arg("data"), nb::arg("name"));
   m.def("shipped_cases", [] {
     std::vector<std::string> names;

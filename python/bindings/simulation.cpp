@@ -97,7 +97,7 @@ class PythonSimulation {
       const nb::gil_scoped_acquire lock;
       delete pointer;
     });
-    simulation_.add_callback([state, every_steps, every_time, every_wall](const Simulation& now) {
+    simulation_.add_callback([this, state, every_steps, every_time, every_wall](const Simulation& now) {
       if (every_steps > 0 && now.step_count() % every_steps != 0) return true;
       if (every_time > 0) {
         // The first step at or after each multiple; the steps are not cut, for watching a run must not change it.
@@ -109,7 +109,14 @@ class PythonSimulation {
         state->last = Clock::now();
       }
       const nb::gil_scoped_acquire lock;
-      return nb::cast<bool>(state->function());
+      try {
+        return nb::cast<bool>(state->function());
+      } catch (const nb::python_error& error) {
+        // Ctrl-C met the function and not the core: the run ends as it would have.
+        if (!error.matches(PyExc_KeyboardInterrupt)) throw;
+        interrupt_with(error);
+        return true;
+      }
     });
   }
 
@@ -146,8 +153,8 @@ class PythonSimulation {
   void set_field(std::size_t body, const std::string& name, ConstArray values) {
     simulation_.set_field(body, name, {values.data(), values.data() + values.size()});
   }
-  nb::dict grid_fields() const {
-    nb::dict fields;
+  nb::typed<nb::dict, nb::str, Array> grid_fields() const {
+    nb::typed<nb::dict, nb::str, Array> fields;
     for (Field& field : solver().grid_fields()) {
       const std::string name = field.name;
       fields[nb::str(name.c_str())] = make_array(std::move(field));
@@ -155,7 +162,7 @@ class PythonSimulation {
     return fields;
   }
 
-  nb::object resolved() const { return from_input(simulation_.problem().to_input()); }
+  Table resolved() const { return nb::borrow<Table>(from_input(simulation_.problem().to_input())); }
 
  private:
   /// Ctrl-C, at most twenty times a second.
@@ -165,7 +172,10 @@ class PythonSimulation {
     looked_ = now;
     const nb::gil_scoped_acquire lock;
     if (PyErr_CheckSignals() == 0) return;
-    signal_ = std::make_unique<nb::python_error>();
+    interrupt_with(nb::python_error());
+  }
+  void interrupt_with(const nb::python_error& error) {
+    signal_ = std::make_unique<nb::python_error>(error);
     interrupt_ = 1;
   }
   void raise_signal() {

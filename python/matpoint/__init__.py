@@ -23,13 +23,38 @@ from typing import TYPE_CHECKING, Any
 os.environ.setdefault("GOMP_SPINCOUNT", "20000")
 
 if TYPE_CHECKING:
-    from matpoint import plot, results
-    from matpoint._core import InputError, SolverError
-    from matpoint.case import Case, CaseReport
-    from matpoint.functions import FunctionLaw, Where
+    from matpoint import plot as plot
+    from matpoint import results as results
+    from matpoint._core import InputError as InputError
+    from matpoint._core import SolverError as SolverError
+    from matpoint.case import Case as Case
+    from matpoint.case import CaseReport as CaseReport
+    from matpoint.functions import FunctionLaw as FunctionLaw
+    from matpoint.functions import Where as Where
     from matpoint.parts import *  # noqa: F403
-    from matpoint.results import Results, ResultsError
-    from matpoint.simulation import BodyState, FieldArray, GridState, History, Simulation, set_threads, threads
+    from matpoint.results import Results as Results
+    from matpoint.results import ResultsError as ResultsError
+    from matpoint.simulation import (
+        BodyState as BodyState,
+    )
+    from matpoint.simulation import (
+        FieldArray as FieldArray,
+    )
+    from matpoint.simulation import (
+        GridState as GridState,
+    )
+    from matpoint.simulation import (
+        History as History,
+    )
+    from matpoint.simulation import (
+        Simulation as Simulation,
+    )
+    from matpoint.simulation import (
+        set_threads as set_threads,
+    )
+    from matpoint.simulation import (
+        threads as threads,
+    )
 
 # Where the names come from. Imported on first use: reading and drawing results then needs no core, and running no matplotlib.
 _homes = {

@@ -53,7 +53,9 @@ class CaseReport:
 
 
 def _table(rows: Iterable[tuple[str, Any]]) -> str:
-    cells = "".join(f"<tr><th style='text-align:left'>{html.escape(k)}</th><td style='text-align:left'>{html.escape(str(v))}</td></tr>" for k, v in rows)
+    cells = "".join(
+        f"<tr><th style='text-align:left'>{html.escape(k)}</th><td style='text-align:left'>{html.escape(str(v))}</td></tr>" for k, v in rows
+    )
     return f"<table>{cells}</table>"
 
 
@@ -205,7 +207,9 @@ class Case:
             if isinstance(boundary.get("region"), Where):
                 boundary["region"] = _node_set(boundary["region"], grid, f"boundary {number}: region")
             if callable(boundary.get("velocity")):
-                boundary["velocity"] = _core.velocity_history(_checked_velocity(boundary["velocity"], dim), dim)
+                velocity = _checked_velocity(boundary["velocity"], dim)
+                velocity(0.0)  # what is wrong with it shall be said now
+                boundary["velocity"] = _core.velocity_history(velocity, dim)
             boundaries.append(boundary)
         data["boundary"] = boundaries
         if callable(self.body_force):
@@ -287,7 +291,9 @@ def _body_to_core(body: Mapping[str, Any], dim: int) -> dict[str, Any]:
         layout = made["layout"]
         positions = np.ascontiguousarray(layout["positions"], dtype=np.float64)
         if positions.ndim != 2 or positions.shape[1] != dim:
-            raise _core.InputError(f"{where}: layout: positions have the shape {positions.shape}; the case has dim = {dim}, so it must be (n, {dim})")
+            raise _core.InputError(
+                f"{where}: layout: positions have the shape {positions.shape}; the case has dim = {dim}, so it must be (n, {dim})"
+            )
         made["layout"] = _core.points(positions, np.atleast_1d(np.asarray(layout.get("volumes"), dtype=np.float64)))
     return made
 
@@ -313,7 +319,9 @@ def _checked_velocity(function: Callable[..., Any], dim: int) -> Callable[[float
     def velocity(time: float) -> Floats:
         values = np.ascontiguousarray(function(time), dtype=np.float64)
         if values.shape != (dim,) or not np.isfinite(values).all():
-            raise _core.InputError(f"boundary velocity {name_of(function)}: at t = {time} s it gave {values!r}; it must give {dim} finite numbers [m/s]")
+            raise _core.InputError(
+                f"boundary velocity {name_of(function)}: at t = {time} s it gave {values!r}; it must give {dim} finite numbers [m/s]"
+            )
         return values
 
     return velocity
@@ -329,7 +337,8 @@ def _body_force(function: Callable[..., Any], grid: Mapping[str, Any]) -> _core.
             values = np.ascontiguousarray(np.broadcast_to(values, positions.shape))
         except ValueError:
             raise _core.InputError(
-                f"body_force {name_of(function)}: it gave the shape {values.shape} for positions of shape {positions.shape}; it must give the same shape"
+                f"body_force {name_of(function)}: it gave the shape {values.shape} for positions of shape {positions.shape}; "
+                "it must give the same shape"
             ) from None
         if not np.isfinite(values).all():
             raise _core.InputError(f"body_force {name_of(function)}: at t = {time} s it gave a number that is not finite")

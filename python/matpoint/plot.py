@@ -25,7 +25,7 @@ import io
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ParamSpec, Protocol
+from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, cast
 
 try:
     import h5py  # noqa: F401  (results.py reads with it; its absence shall be said here, in words)
@@ -55,7 +55,7 @@ if TYPE_CHECKING:
 
     from matpoint.simulation import BodyState, History, Simulation
 
-STYLE = {
+STYLE: Any = {
     "figure.dpi": 150,
     "font.size": 9,
     "axes.titlesize": 9,
@@ -183,7 +183,8 @@ class _LiveScene:
 
 
 def _scene_of(source: Results | Simulation) -> Scene:
-    return source if isinstance(source, Results) else _LiveScene(source)
+    scene: Any = source if isinstance(source, Results) else _LiveScene(source)
+    return cast(Scene, scene)
 
 
 def _history_of(source: Results | Simulation | History | Mapping[str, Floats]) -> Mapping[str, Floats]:
@@ -247,9 +248,7 @@ def probes(results: Results) -> Figure:
     """Position, velocity and stress of the probes' particles over time."""
     names = list(results.probes)
     quantities = [("position", "m"), ("velocity", "m/s"), ("stress", "Pa")]
-    figure, panels = plt.subplots(
-        len(quantities), len(names), figsize=(1.5 + 4.2 * len(names), 6.4), sharex=True, squeeze=False
-    )
+    figure, panels = plt.subplots(len(quantities), len(names), figsize=(1.5 + 4.2 * len(names), 6.4), sharex=True, squeeze=False)
     for column, name in enumerate(names):
         table = results.probes[name]
         for axes, (quantity, unit) in zip(panels[:, column], quantities):
@@ -273,7 +272,7 @@ def choose_times(bodies: Sequence[Particles], wanted: Sequence[float] | None) ->
     count = min(len(body.times) for body in bodies)
     times = bodies[0].times[:count]
     if count == 0:
-        raise ResultsError(f'"{bodies[0].path}" holds no time yet')
+        raise ResultsError(f'body "{bodies[0].name}" has no fields yet: no time is written')
     if wanted is None:
         even = np.linspace(times[0], times[-1], PANELS)
         return sorted({int(np.argmin(np.abs(times - t))) for t in even})
@@ -297,10 +296,10 @@ def default_fields(bodies: Sequence[Particles]) -> list[str]:
 def particle_size(body: Particles, dim: int) -> float:
     """Edge [m] of the square or cube that a particle stands for."""
     if "volume" in body.names:
-        return float(np.median(body.field("volume", 0))) ** (1 / dim)
+        return float(np.median(body.field("volume", 0)) ** (1 / dim))
     positions = body.positions(0)[:, :dim]
     extent = np.maximum(np.ptp(positions, axis=0), 1e-12)
-    return float(np.prod(extent) / len(positions)) ** (1 / dim)
+    return float((np.prod(extent) / len(positions)) ** (1 / dim))
 
 
 def grid_box(scene: Scene) -> tuple[Floats, Floats]:
@@ -338,15 +337,13 @@ def panel_grid(count: int, aspect: float) -> tuple[int, int]:
 
     def badness(columns: int) -> float:
         rows = -(-count // columns)
-        return abs(np.log(1.6 * aspect * rows / columns)) + (rows * columns - count) / count
+        return float(abs(np.log(1.6 * aspect * rows / columns)) + (rows * columns - count) / count)
 
     columns = min(range(1, count + 1), key=badness)
     return -(-count // columns), columns
 
 
-def draw_particles(
-    axes: Axes, scene: Scene, index: int, field: str, norm: Normalize, cmap: str | Colormap
-) -> list[tuple[Any, float]]:
+def draw_particles(axes: Axes, scene: Scene, index: int, field: str, norm: Normalize, cmap: str | Colormap) -> list[tuple[Any, float]]:
     """Draws all bodies at one written time. Returns the scatters with their particle sizes [m]."""
     drawn = []
     for body in scene.bodies.values():
@@ -413,7 +410,8 @@ def particles(source: Results | Simulation, field: str | None = None, times: Seq
     indices = choose_times(bodies, times)
     field = field or (default_fields(bodies) or ["body"])[0]
     if field == "body":
-        norm, cmap, extend = Normalize(-0.5, len(COLORS) - 0.5), ListedColormap(COLORS), "neither"
+        norm, extend = Normalize(-0.5, len(COLORS) - 0.5), "neither"
+        cmap: Any = ListedColormap(COLORS)
     else:
         norm, cmap, extend = color_scale(np.concatenate([body.scalar(field, i) for i in indices for body in bodies]))
     lower, upper = grid_box(scene)
@@ -518,7 +516,7 @@ def profile(
     return figure
 
 
-def animate(results: Results, field: str, path: str | Path, *, frames_per_second: float = 10) -> Path:
+def animate(results: Results, field: str, path: str | Path, *, frames_per_second: int = 10) -> Path:
     """An animation of all written times, particles coloured by a field.
 
     Args:
@@ -633,7 +631,7 @@ def read_times(texts: list[str] | None) -> list[float] | None:
     try:
         return [float(word) for text in texts for word in text.split(",")]
     except ValueError as error:
-        raise ResultsError(f'--times {" ".join(texts)}: {error}; give numbers with commas between, e.g. 0,0.5,1') from error
+        raise ResultsError(f"--times {' '.join(texts)}: {error}; give numbers with commas between, e.g. 0,0.5,1") from error
 
 
 def main(arguments: list[str] | None = None) -> int:

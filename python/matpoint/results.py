@@ -10,7 +10,7 @@ import difflib
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +44,9 @@ def read_table(path: Path) -> dict[str, Floats]:
 
     Returns:
         Column name -> float64 array, shape (rows,). A last row that was cut short is left out.
+
+    Raises:
+        ResultsError: The file is empty, or no table of numbers.
     """
     with path.open(newline="", encoding="utf-8") as file:
         rows = list(csv.reader(file))
@@ -137,7 +140,8 @@ class BodyFields:
 
         begin, end = self._offsets[index]
         with h5py.File(self.path, "r") as file:
-            return file["VTKHDF"][dataset][begin:end]
+            values: Floats = file["VTKHDF"][dataset][begin:end]
+            return values
 
 
 class Results:
@@ -175,9 +179,7 @@ class Results:
         self.dim = int(self.case.get("dim", 2))
         self.title = str(self.case.get("title") or self.manifest.get("case_name", self.folder.name))
         self.history = read_table(self.folder / "history.csv") if (self.folder / "history.csv").is_file() else {}
-        self.probes = {
-            file.stem.removeprefix("probe_"): read_table(file) for file in sorted(self.folder.glob("probe_*.csv"))
-        }
+        self.probes = {file.stem.removeprefix("probe_"): read_table(file) for file in sorted(self.folder.glob("probe_*.csv"))}
         self.bodies: dict[str, BodyFields] = {}
         for body in self.case.get("body", self.case.get("bodies", [])):
             file = self.folder / f"{body['name']}.vtkhdf"
@@ -187,10 +189,11 @@ class Results:
     def unit(self, field_name: str) -> str:
         """Unit of a field or of a component of it, as text; empty when the manifest does not know it."""
         units = self.manifest.get("units", {}).get("fields", {})
-        return units.get(field_name, units.get(field_name.rpartition("_")[0], ""))
+        return str(units.get(field_name, units.get(field_name.rpartition("_")[0], "")))
 
     def __repr__(self) -> str:
-        return f"<results of {self.manifest.get('case_name')}: {self.manifest.get('status')}, t = {self.manifest.get('time')} s, in {self.folder}>"
+        run = self.manifest
+        return f"<results of {run.get('case_name')}: {run.get('status')}, t = {run.get('time')} s, in {self.folder}>"
 
     def _repr_png_(self) -> bytes:
         from matpoint import plot

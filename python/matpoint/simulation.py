@@ -6,7 +6,7 @@ import sys
 import weakref
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -53,12 +53,27 @@ class FieldArray(NDArray[np.float64] if TYPE_CHECKING else np.ndarray):  # type:
         plain = np.asarray(array)
         return plain[()] if plain.ndim == 0 else plain
 
+    # `body.velocity *= 2` is a new array that is then assigned; the snapshot itself stays.
+    def __iadd__(self, other: Any) -> Any:
+        return np.asarray(self) + other
+
+    def __isub__(self, other: Any) -> Any:
+        return np.asarray(self) - other
+
+    def __imul__(self, other: Any) -> Any:
+        return np.asarray(self) * other
+
+    def __itruediv__(self, other: Any) -> Any:
+        return np.asarray(self) / other
+
     def __getitem__(self, key: Any) -> Any:
         return np.array(np.asarray(self)[key])[()]
 
     def __setitem__(self, key: Any, value: Any) -> None:
         if self._assign is None:
-            raise _core.InputError("this array is a view of a field that was read; assign to the field of the body itself: body.velocity[...] = ...")
+            raise _core.InputError(
+                "this array is a view of a field that was read; assign to the field of the body itself: body.velocity[...] = ..."
+            )
         fresh = self._assign(key, value)
         plain = self.view(np.ndarray)
         plain.flags.writeable = True
@@ -97,7 +112,7 @@ class BodyState:
 
     def field(self, name: str) -> FieldArray:
         """A field by its name (`fields`), shape (n,), (n, dim) or (n, 3, 3). Raises InputError for an unknown name."""
-        array = self._simulation._core.field(self._index, name).view(FieldArray)
+        array = cast(FieldArray, self._simulation._core.field(self._index, name).view(FieldArray))
         array.flags.writeable = False
         simulation = weakref.ref(self._simulation)
         index = self._index
@@ -135,7 +150,9 @@ class BodyState:
         try:
             full = np.ascontiguousarray(np.broadcast_to(given, shape))
         except ValueError:
-            raise _core.InputError(f'body "{self._name}": {name} has the shape {shape}; an array of shape {given.shape} does not fit') from None
+            raise _core.InputError(
+                f'body "{self._name}": {name} has the shape {shape}; an array of shape {given.shape} does not fit'
+            ) from None
         self._simulation._core.set_field(self._index, name, full)
 
     def __setitem__(self, name: str, values: ArrayLike) -> None:
@@ -231,7 +248,7 @@ class GridState:
 
     @property
     def node_count(self) -> int:
-        """All nodes."""
+        """Number of all nodes."""
         return int(self._simulation._core.node_count())
 
     @property
@@ -359,9 +376,7 @@ class Simulation:
         names, table = self._core.history_names(), self._core.history()
         return History({name: table[row] for row, name in enumerate(names)}, dict(zip(names, self._core.history_units())))
 
-    def run(
-        self, until: float | None = None, *, output: str | Path | None = None, overwrite: bool = False, progress: bool = False
-    ) -> str:
+    def run(self, until: float | None = None, *, output: str | Path | None = None, overwrite: bool = False, progress: bool = False) -> str:
         """Runs on; other Python threads go on meanwhile, and Ctrl-C ends the run after a step with everything written.
 
         Args:
@@ -500,7 +515,9 @@ class _Progress:
 
         share = (simulation.time - self._begin) / max(self._end - self._begin, 1e-300)
         left = (time.perf_counter() - self._start) * (1 - share) / max(share, 1e-9)
-        print(f"\r{100 * share:5.1f} %  t = {simulation.time:.4g} s  step {simulation.step_count}  {left:.0f} s left   ", end="", flush=True)
+        print(
+            f"\r{100 * share:5.1f} %  t = {simulation.time:.4g} s  step {simulation.step_count}  {left:.0f} s left   ", end="", flush=True
+        )
 
     def __exit__(self, *_: object) -> None:
         self._installed[self._simulation][0] = None

@@ -8,15 +8,29 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "python"))
+PROGRAM = Path(os.environ.get("MATPOINT_PROGRAM", ROOT / "build/release/bin/matpoint"))
+# The package as the build made it, beside the program; without the module only results and plots can be tested.
+BUILT = PROGRAM.resolve().parent.parent / "python"
+HAS_MODULE = any(BUILT.glob("matpoint/_core*.so"))
+PACKAGE = BUILT if HAS_MODULE else ROOT / "python"
+sys.path.insert(0, str(PACKAGE))
+os.environ["PYTHONPATH"] = os.pathsep.join([str(PACKAGE), *filter(None, [os.environ.get("PYTHONPATH")])])
+
+import matplotlib  # noqa: E402
+
+matplotlib.use("Agg")
+
+
+def pytest_ignore_collect(collection_path: Path) -> bool | None:
+    """Tests of the module need it: a build without it (with sanitizers) leaves them out."""
+    return True if not HAS_MODULE and collection_path.name.startswith("test_api") else None
 
 
 @pytest.fixture(scope="session")
 def program() -> Path:
     """The program: MATPOINT_PROGRAM, or the release build of this tree."""
-    path = Path(os.environ.get("MATPOINT_PROGRAM", ROOT / "build/release/bin/matpoint"))
-    assert path.is_file(), f"{path} does not exist: build it, or set MATPOINT_PROGRAM"
-    return path.resolve()
+    assert PROGRAM.is_file(), f"{PROGRAM} does not exist: build it, or set MATPOINT_PROGRAM"
+    return PROGRAM.resolve()
 
 
 @pytest.fixture

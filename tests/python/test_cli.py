@@ -10,11 +10,11 @@ import subprocess
 import sys
 import termios
 import time
-import tomllib
 
 import h5py
 import numpy as np
 import pytest
+import tomllib
 
 CASE = """
 title = "A block falls"
@@ -165,7 +165,9 @@ def test_overwrite_refuses_a_folder_that_no_run_made(matpoint, case, tmp_path):
     assert (tmp_path / "photos/cat.jpg").read_text() == "cat"
 
 
-@pytest.mark.parametrize("out, reason", [("fall.toml", "there is a file of that name"), ("fall.toml/r", "Not a directory"), ("/proc/r", "")])
+@pytest.mark.parametrize(
+    "out, reason", [("fall.toml", "there is a file of that name"), ("fall.toml/r", "Not a directory"), ("/proc/r", "")]
+)
 def test_output_that_cannot_be_written_is_refused(matpoint, case, out, reason):
     assert_refused(matpoint("run", case, "--out", out), f'cannot create results folder "{out}"', reason)
 
@@ -245,7 +247,11 @@ def test_a_full_disk_fails_the_run_and_leaves_readable_files(matpoint, case, tmp
 
 def test_a_file_size_limit_fails_the_run_and_leaves_readable_files(matpoint, case, tmp_path):
     done = matpoint(
-        "run", case, "--set", "output.fields_every=1e-4", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1_500_000, 1_500_000))
+        "run",
+        case,
+        "--set",
+        "output.fields_every=1e-4",
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1_500_000, 1_500_000)),
     )
     assert done.returncode == 3, done.stderr
     assert re.match(r"error: .*cannot write .*: File too large", done.stderr), done.stderr
@@ -333,7 +339,11 @@ def test_wrong_command_lines_are_refused_in_words(matpoint, case, tmp_path, argu
         ("[time]", '[output]\nfields = ["velocty"]\n[time]', ['output: fields: "velocty" is unknown', 'did you mean "velocity"?']),
         ("[time]", '[[probe]]\nname = "p"\nbody = "blok"\nparticle = 0\n[time]', ['fall.toml:9: probe "p": body = "blok" is unknown']),
         ("[time]", '[[probe]]\nname = "p"\nbody = "block"\nparticle = 99\n[time]', ["particle = 99 does not exist", "particles 0 to 31"]),
-        ("[time]", '[[boundary]]\nregion = { type = "box", lower = [0.1, 0.1], upper = [0.11, 0.11] }\n[time]', ["contains no node of the grid"]),
+        (
+            "[time]",
+            '[[boundary]]\nregion = { type = "box", lower = [0.1, 0.1], upper = [0.11, 0.11] }\n[time]',
+            ["contains no node of the grid"],
+        ),
     ],
 )
 def test_wrong_cases_are_refused_by_run_and_check_alike(matpoint, case, tmp_path, command, text, wrong, texts):
@@ -479,7 +489,7 @@ def test_every_instruction_set_gives_the_same_numbers_to_round_off(matpoint, tmp
     assert tried >= 1  # "base" is always there
     # The nearest name is offered, where this processor (and build) has one that is near.
     near = ['did you mean "avx'] if tried > 1 else []
-    assert_refused(matpoint("run", "disks", env={"MATPOINT_SIMD": "avx3"}), 'MATPOINT_SIMD = "avx3"', 'allowed: ', *near)
+    assert_refused(matpoint("run", "disks", env={"MATPOINT_SIMD": "avx3"}), 'MATPOINT_SIMD = "avx3"', "allowed: ", *near)
 
 
 @pytest.mark.parametrize("stress_order", ["usl", "usf", "musl"])

@@ -8,7 +8,6 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-
 from matpoint import Results, ResultsError, plot
 
 PYTHON_FOLDER = Path(__file__).resolve().parents[2] / "python"

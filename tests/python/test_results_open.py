@@ -6,11 +6,11 @@ Needs vtk or pyvista from PyPI.
 import csv
 import pathlib
 import subprocess
-import tomllib
 import xml.etree.ElementTree
 
 import numpy as np
 import pytest
+import tomllib
 
 vtk = pytest.importorskip("vtk")
 from vtk.util.numpy_support import vtk_to_numpy  # noqa: E402
@@ -67,7 +67,14 @@ def points(data_set):
 @pytest.fixture(scope="module")
 def results(program, tmp_path_factory):
     folder = tmp_path_factory.mktemp("results") / "disks"
-    sets = [f"time.end={END}", "output.fields_every=0.002", "output.history_every=0.001", "output.grid=true", "output.compression=1", 'output.formats=["vtkhdf", "vtu"]']
+    sets = [
+        f"time.end={END}",
+        "output.fields_every=0.002",
+        "output.history_every=0.001",
+        "output.grid=true",
+        "output.compression=1",
+        'output.formats=["vtkhdf", "vtu"]',
+    ]
     command = [program, "run", "disks", "--out", str(folder)]
     for assignment in sets:
         command += ["--set", assignment]
@@ -134,7 +141,7 @@ def test_vtu_series_equals_vtkhdf(results):
 def test_grid_carries_the_mass_of_the_bodies(results):
     time, grid = list(results.hdf("grid"))[-1]
     case = results.manifest["case"]["grid"]
-    cells = case.get("cells") or [round((u - l) / h) for l, u, h in zip(case["lower"], case["upper"], case["cell_size"] * 2)]
+    cells = case.get("cells") or [round((high - low) / h) for low, high, h in zip(case["lower"], case["upper"], case["cell_size"] * 2)]
     assert grid.GetDimensions() == (cells[0] + 1, cells[1] + 1, 1)
     np.testing.assert_allclose(grid.GetBounds()[:4], [case["lower"][0], case["upper"][0], case["lower"][1], case["upper"][1]], rtol=1e-12)
     # Shape functions sum to 1. Every node's mass is rounded by half an ulp of single precision.

@@ -1,0 +1,125 @@
+"""What the package promises about itself: docstrings, types, style, examples."""
+
+import importlib.util
+import inspect
+import subprocess
+import sys
+from pathlib import Path
+
+import matpoint as mp
+import pytest
+from conftest import PACKAGE, ROOT
+
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+SHIPPED = [path for path in EXAMPLES if path.stem in mp.shipped_cases()]
+
+
+def public_members():
+    """(name, object) of everything public: the package's names, the members of its classes, the functions of its modules."""
+    for name in mp.__all__:
+        value = getattr(mp, name)
+        yield name, value
+        if inspect.isclass(value):
+            for member, described in vars(value).items():
+                if not member.startswith("_") and (callable(described) or isinstance(described, property | classmethod)):
+                    yield f"{name}.{member}", described
+        if inspect.ismodule(value):
+            for member, described in vars(value).items():
+                if not member.startswith("_") and inspect.isfunction(described) and described.__module__ == value.__name__:
+                    yield f"{name}.{member}", described
+
+
+MEMBERS = dict(public_members())
+
+
+@pytest.mark.parametrize("name", MEMBERS)
+def test_every_public_name_has_a_docstring_with_parameters_shapes_units_and_errors(name):
+    described = MEMBERS[name]
+    text = inspect.getdoc(described)
+    assert text and len(text) > 10, f"{name} has no docstring"
+    function = described.__func__ if isinstance(described, classmethod) else described
+    if not inspect.isfunction(function):
+        return
+    parameters = [p for p in inspect.signature(function).parameters if p not in ("self", "cls")]
+    if len(parameters) > 1 and name.split(".")[0] not in ("plot", "results"):
+        assert "Args:" in text and all(f"{p}:" in text for p in parameters), f"{name}: not all of {parameters} are described"
+    if "raise " in inspect.getsource(function):
+        assert "Raises" in text, f"{name} raises, and its docstring does not say so"
+
+
+@pytest.mark.parametrize("name", ["position", "velocity", "stress", "deformation_gradient", "von_mises", "mass", "volume"])
+def test_fields_say_their_shape_and_unit(name):
+    text = getattr(mp.BodyState, name).__doc__
+    assert "shape (n" in text and "[" in text
+
+
+def test_every_part_describes_its_parameters():
+    for name in mp.parts_names() if hasattr(mp, "parts_names") else [n for n in mp.__all__ if inspect.isclass(getattr(mp, n))]:
+        part = getattr(mp, name)
+        if issubclass(part, mp.Part) and part is not mp.Part:
+            assert all(f"    {p}: " in part.__doc__ for p in part._parameters), name
+
+
+def test_types_are_strict():
+    checked = subprocess.run([sys.executable, "-m", "mypy", str(PACKAGE / "matpoint")], cwd=ROOT, capture_output=True, text=True)
+    assert checked.returncode == 0, checked.stdout[-3000:]
+
+
+def test_a_users_script_is_typed(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import matpoint as mp\n"
+        "case = mp.Case('a', grid=mp.Grid(upper=(1, 1), cells=(2, 2)))\n"
+        "simulation: mp.Simulation = case.build()\n"
+        "simulation.bodies['a'].velocity = [0.0, 1.0]\n"
+        "reveal_type(simulation.time)\n"
+        "mp.Box(lower=(0, 0))\n"
+    )
+    checked = subprocess.run([sys.executable, "-m", "mypy", "--strict", str(script)], cwd=tmp_path, capture_output=True, text=True)
+    assert 'Revealed type is "builtins.float"' in checked.stdout or 'Revealed type is "float"' in checked.stdout
+    assert 'Missing named argument "upper" for "Box"' in checked.stdout
+    assert "Found 1 error" in checked.stdout, checked.stdout[-3000:]
+
+
+def test_style_is_clean():
+    for words in (["check", "-q"], ["format", "--check", "-q"]):
+        checked = subprocess.run(
+            [sys.executable, "-m", "ruff", *words, "python", "examples", "tests/python"], cwd=ROOT, capture_output=True, text=True
+        )
+        assert checked.returncode == 0, checked.stdout[-3000:]
+
+
+def load(path: Path):
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[path.stem] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture
+def in_examples(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "examples"))
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
+def test_example_runs_and_its_numbers_hold(path, in_examples):
+    module = load(path)
+    module.check(module.run())
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
+def test_example_opens_with_source_number_and_run_time(path):
+    text = path.read_text()
+    assert len(text.splitlines()) <= 120
+    opening = text.split('"""')[1]
+    assert all(word in opening for word in ("Source: ", "Expected: ", "Runs in about "))
+
+
+def test_there_is_an_example_for_each_shipped_case():
+    assert {path.stem for path in SHIPPED} == set(mp.shipped_cases())
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda p: p.stem)
+def test_example_says_what_the_case_file_says(path, in_examples):
+    assert load(path).case().resolved() == mp.Case.from_toml(path.stem).resolved()
