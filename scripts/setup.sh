@@ -1,11 +1,13 @@
-# What quickstart, test and test-sanitized share; to be sourced. The only list of Debian packages, and the only place that makes .venv.
+# What the scripts share; to be sourced. The only list of Debian packages, and the only place that makes .venv.
 # shellcheck shell=bash
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root"
 
 build_packages=(cmake ninja-build g++ libfmt-dev libcli11-dev libtomlplusplus-dev libhdf5-dev python3 python3-venv)
-test_packages=(libgtest-dev libgmock-dev libeigen3-dev)
+python_packages=(python3-dev)
+# ccache: the wheel compiles the same sources once more.
+test_packages=(libgtest-dev libgmock-dev libeigen3-dev ccache)
 
 say() { printf '\n== %s\n' "$*"; }
 die() { printf 'error: %s\n' "$*" >&2; exit 1; }

@@ -54,15 +54,11 @@ class PythonSimulation {
 
   std::string run(std::optional<Real> until) {
     interrupt_ = 0;
+    RunEnd ending{};
     try {
-      RunEnd ending{};
-      {
-        const nb::gil_scoped_release unlocked;
-        ending = simulation_.run(results_.get(), until, &interrupt_);
-        if (results_) results_->finish(simulation_, text_of(ending));
-      }
-      raise_signal();
-      return text_of(ending);
+      const nb::gil_scoped_release unlocked;
+      ending = simulation_.run(results_.get(), until, &interrupt_);
+      if (results_) results_->finish(simulation_, text_of(ending));
     } catch (const SolverError& error) {
       if (!results_) throw;
       results_->fail(simulation_, error.what());
@@ -71,6 +67,8 @@ class PythonSimulation {
       if (results_) results_->fail(simulation_, error.what());
       throw;
     }
+    raise_signal();
+    return text_of(ending);
   }
 
   void step(Index count) {

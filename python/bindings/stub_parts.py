@@ -9,7 +9,7 @@ HEAD = '''"""The parts of a case as Python objects: sections, regions, layouts, 
 
 from typing import Any, ClassVar
 
-__all__: list[str]
+__all__ = [{names}]
 
 class Part(dict[str, Any]):
     _parameters: ClassVar[tuple[str, ...]]
@@ -27,8 +27,9 @@ def empty_section(name: str) -> Part: ...
 
 
 def main() -> None:
-    text = HEAD
-    for name, _, entry, title in class_names():
+    parts = class_names()
+    text = HEAD.replace("{names}", ", ".join(f'"{name}"' for name in ["Part", *(name for name, *_ in parts)]))
+    for name, _, entry, title in parts:
         doc = docstring(entry, title).replace("\\", "\\\\").replace("\n", "\n    ")
         parameters = "".join(f", {p['name']}: Any{'' if p['is_required'] else ' = ...'}" for p in entry["parameters"])
         text += f'\nclass {name}(Part):\n    """{doc}\n    """\n\n'

@@ -78,24 +78,26 @@ _homes = {
 }
 
 
-def __getattr__(name: str) -> Any:
-    if name.startswith("__"):
-        if name == "__version__":
-            return importlib.import_module("matpoint._core").version()
-        if name == "__all__":
-            return [*_homes, "instruction_set", "shipped_cases", *importlib.import_module("matpoint.parts").__all__]
-        raise AttributeError(name)
-    if name in _homes:
-        home = importlib.import_module(f"matpoint.{_homes[name] or name}")
-        return getattr(home, name) if _homes[name] else home
-    parts = importlib.import_module("matpoint.parts")
-    if name in parts.__all__:
-        return getattr(parts, name)
-    raise AttributeError(f"module 'matpoint' has no attribute '{name}'")
+if not TYPE_CHECKING:
+
+    def __getattr__(name: str) -> Any:
+        if name.startswith("__"):
+            if name == "__version__":
+                return importlib.import_module("matpoint._core").version()
+            if name == "__all__":
+                return [*_homes, "instruction_set", "shipped_cases", *importlib.import_module("matpoint.parts").__all__]
+            raise AttributeError(name)
+        if name in _homes:
+            home = importlib.import_module(f"matpoint.{_homes[name] or name}")
+            return getattr(home, name) if _homes[name] else home
+        parts = importlib.import_module("matpoint.parts")
+        if name in parts.__all__:
+            return getattr(parts, name)
+        raise AttributeError(f"module 'matpoint' has no attribute '{name}'")
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__getattr__("__all__")})
+    return sorted({*globals(), *importlib.import_module("matpoint").__all__})
 
 
 def instruction_set() -> str:

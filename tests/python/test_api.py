@@ -474,11 +474,14 @@ def test_an_exception_of_a_callback_arrives_unchanged_and_the_files_are_intact(t
 
 def test_callbacks_that_know_the_simulation_do_not_keep_it_alive():
     simulation = block().build()
-    known = [simulation]
-    simulation.every(lambda now: known[0].time, steps=5)
+
+    def watch(now, known=(simulation,)):
+        return known[0].time
+
+    simulation.every(watch, steps=5)
     simulation.run()
     reference = weakref.ref(simulation)
-    del simulation, known
+    del simulation, watch
     gc.collect()
     assert reference() is None
 

@@ -103,7 +103,7 @@ def test_energies_show_each_part_and_a_total_that_balances(tmp_path):
     np.testing.assert_allclose(shown["total"], 10, rtol=1e-14)
     np.testing.assert_allclose(shown["dissipated"], 3 * times, rtol=1e-14)
     np.testing.assert_array_equal(shown["kinetic"], 7 - times)
-    assert set(shown) == {"kinetic", "strain", "gravitational", "dissipated", "work of boundaries", "removed", "total"}
+    assert set(shown) == {"kinetic", "strain", "gravitational", "dissipated", "work from outside", "removed", "total"}
 
 
 def test_energies_leave_out_what_is_zero_throughout(tmp_path):
