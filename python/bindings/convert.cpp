@@ -50,7 +50,8 @@ Input to_input(nb::handle value, const std::string& where) {
   }
   Input object;
   if (take_object<Region>(value, "a region chosen by a function", object) || take_object<Layout>(value, "particles from arrays", object) ||
-      take_object<Material>(value, "a law written as a function", object) || take_object<VelocityHistory>(value, "a function of time", object) ||
+      take_object<Material>(value, "a law written as a function", object) ||
+      take_object<VelocityHistory>(value, "a function of time", object) ||
       take_object<BodyForce>(value, "a function of position", object)) {
     return object;
   }

@@ -149,9 +149,9 @@ std::shared_ptr<Material> function_material(const std::string& name, nb::object 
     const auto n = static_cast<std::size_t>(points.count);
     const auto h = static_cast<std::size_t>(history_size);
     // Copies: what the function keeps must not change under it.
-    const nb::object result = function(make_array(copied(points.F, 9 * points.count), {n, 3, 3}),
-                                       make_array(copied(points.L, 9 * points.count), {n, 3, 3}), points.dt,
-                                       make_array(copied(points.history, points.count * history_size), {n, h}));
+    const nb::object result =
+        function(make_array(copied(points.F, 9 * points.count), {n, 3, 3}), make_array(copied(points.L, 9 * points.count), {n, 3, 3}),
+                 points.dt, make_array(copied(points.history, points.count * history_size), {n, h}));
     const auto both = nb::cast<nb::tuple>(result);
     const auto tau = nb::cast<ConstArray>(both[0]);
     const auto history = nb::cast<ConstArray>(both[1]);

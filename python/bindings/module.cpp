@@ -83,11 +83,17 @@ NB_MODULE(_core, m) {
   bind_simulation(m);
   m.def("vocabulary", &vocabulary);
   m.def("load_case", &load_case_data, nb::arg("name"), nb::arg("sets"));
-  m.def("parse_toml", [](const std::string& text, const std::string& file) { return nb::borrow<Table>(from_input(parse_toml(text, file))); }, nb::arg("text"),
-        nb::arg("file"));
-  m.def("write_toml", [](nb::handle data) { return write_toml(to_input(data, "")); }, nb::arg("data"));
-  m.def("resolve", [](nb::handle data, const std::string& name) { return nb::borrow<Table>(from_input(Case::from_input(to_input(data, ""), name).to_input())); },
-        nb::arg("data"), nb::arg("name"));
+  m.def(
+      "parse_toml", [](const std::string& text, const std::string& file) { return nb::borrow<Table>(from_input(parse_toml(text, file))); },
+      nb::arg("text"), nb::arg("file"));
+  m.def(
+      "write_toml", [](nb::handle data) { return write_toml(to_input(data, "")); }, nb::arg("data"));
+  m.def(
+      "resolve",
+      [](nb::handle data, const std::string& name) {
+        return nb::borrow<Table>(from_input(Case::from_input(to_input(data, ""), name).to_input()));
+      },
+      nb::arg("data"), nb::arg("name"));
   m.def("shipped_cases", [] {
     std::vector<std::string> names;
     for (const auto& [name, text] : shipped_cases()) names.push_back(name);

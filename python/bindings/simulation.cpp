@@ -208,8 +208,10 @@ void bind_simulation(nb::module_& m) {
       .def("history_names", &S::history_names)
       .def("history_units", &S::history_units)
       .def("body_names", &S::body_names)
-      .def("particle_count", [](const S& s, std::size_t body) { return s.solver().particle_count(body); }, nb::arg("body"))
-      .def("field_names", [](const S& s, std::size_t body) { return s.solver().field_names(body); }, nb::arg("body"))
+      .def(
+          "particle_count", [](const S& s, std::size_t body) { return s.solver().particle_count(body); }, nb::arg("body"))
+      .def(
+          "field_names", [](const S& s, std::size_t body) { return s.solver().field_names(body); }, nb::arg("body"))
       .def("field", &S::field, nb::arg("body"), nb::arg("name"))
       .def("set_field", &S::set_field, nb::arg("body"), nb::arg("name"), nb::arg("values"))
       .def("grid_fields", &S::grid_fields)

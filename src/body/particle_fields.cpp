@@ -209,7 +209,8 @@ void ParticleBody<Dim, R>::set_field(const std::string& name, const std::vector<
     throw InputError("body \"{}\" has no field \"{}\", it has {}{}", name_, name, list_names(names), did_you_mean(name, names));
   }
   const auto refuse = [&](const char* reason) { throw InputError("body \"{}\": {} cannot be assigned: {}", name_, name, reason); };
-  if (name == "stress" || name == "von_mises" || name == "pressure") refuse("the stress follows from the deformation; assign deformation_gradient");
+  if (name == "stress" || name == "von_mises" || name == "pressure")
+    refuse("the stress follows from the deformation; assign deformation_gradient");
   if (name == "J" || name == "volume") refuse("the volume follows from the deformation; assign deformation_gradient");
   if (name == "mass") refuse("particles keep their mass; the material's density and the layout's volumes decide it");
   if (name == "id" || name == "body") refuse("particles keep their numbers");
@@ -258,8 +259,8 @@ void ParticleBody<Dim, R>::set_deformation_gradient(const std::vector<Real>& val
       for (int c = 0; c < 3; ++c) {
         const bool is_in_plane = r < 2 && c < 2;
         if (is_in_plane || F(r, c) == (r == c ? 1 : 0)) continue;
-        throw InputError("body \"{}\": deformation_gradient[{}][{}] of particle row {} is {}, but in plane strain it is {}", name_, r, c, row,
-                         F(r, c), r == c ? 1 : 0);
+        throw InputError("body \"{}\": deformation_gradient[{}][{}] of particle row {} is {}, but in plane strain it is {}", name_, r, c,
+                         row, F(r, c), r == c ? 1 : 0);
       }
     }
   }

@@ -169,8 +169,9 @@ void check_grid(GridSpec& grid, const Input& input, const ReadContext& context) 
 void check_body(BodySpec& body, const Input& input, const ReadContext& context) {
   if (body.name.empty()) fail_input(at_key(input, "name"), context, "name is empty; bodies are told apart by their names");
   if (body.layout->needs_region() && !body.region) {
-    fail_input(input, context,
-               fmt::format("region is missing (table with a type): what the body fills; allowed: {}", list_names(region_registry().names())));
+    fail_input(
+        input, context,
+        fmt::format("region is missing (table with a type): what the body fills; allowed: {}", list_names(region_registry().names())));
   }
   if (!body.layout->needs_region() && body.region) {
     fail_input(at_key(input, "region"), context, "layout type = \"points\" says where the particles are; leave the region out");
@@ -487,7 +488,8 @@ void Case::declare(ParameterTable<Case>& table) {
       [](Case& problem, const Input& input, const ReadContext& context) {
         problem.body_force = input.as_object<BodyForce>();
         if (!problem.body_force) {
-          fail_input(input, context, fmt::format("body_force = {} must be a function of position, which only a program can give", input.text()));
+          fail_input(input, context,
+                     fmt::format("body_force = {} must be a function of position, which only a program can give", input.text()));
         }
       },
       [](const Case& problem, int) -> std::optional<Input> {

@@ -123,9 +123,8 @@ SystemTotals system_totals(const Snapshot& snapshot, const std::vector<BodyTotal
   totals.ledger = snapshot.solver.ledger();
   const Ledger& ledger = totals.ledger;
   const Real present = totals.sum.kinetic_energy + totals.sum.strain_energy + totals.sum.gravitational_energy;
-  totals.transfer_loss = snapshot.initial_energy -
-                         (present + ledger.damping_dissipation + ledger.viscous_dissipation - ledger.boundary_work -
-                          ledger.body_force_work + ledger.removed_energy);
+  totals.transfer_loss = snapshot.initial_energy - (present + ledger.damping_dissipation + ledger.viscous_dissipation -
+                                                    ledger.boundary_work - ledger.body_force_work + ledger.removed_energy);
   return totals;
 }
 

@@ -56,8 +56,8 @@ void update_function_law(const void* law, LawChunk<Dim, R>& chunk) {
     }
   }
   if (count == 0) return;
-  material.evaluate({static_cast<Index>(count), F.data(), velocity_gradient.data(), chunk.L != nullptr ? chunk.dt : 0, history.data(),
-                     tau.data()});
+  material.evaluate(
+      {static_cast<Index>(count), F.data(), velocity_gradient.data(), chunk.L != nullptr ? chunk.dt : 0, history.data(), tau.data()});
   for (std::size_t p = 0; p < count; ++p) {
     const Real* const t = tau.data() + 9 * p;
     const std::array<Real, 6> components{t[0], t[4], t[8], 0.5 * (t[1] + t[3]), 0.5 * (t[5] + t[7]), 0.5 * (t[2] + t[6])};

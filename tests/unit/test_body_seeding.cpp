@@ -147,8 +147,8 @@ TEST(PerCell, one_number_is_spread_evenly_and_works_in_3d_and_for_regions_off_th
   EXPECT_EQ(solid.position.size(), 8u * 4 * 4 * 2);
   EXPECT_NEAR(sum(solid.volume), 1, 256 * k_epsilon);
   // The disk ends inside of cells; its particles still sit where those of any other body would.
-  const Seeds disk =
-      layout("{ type = 'per_cell', count = 4 }")->fill(region("{ type = 'disk', center = [0.53, 0.41], radius = 0.33 }").get(), k_unit_grid);
+  const Seeds disk = layout("{ type = 'per_cell', count = 4 }")
+                         ->fill(region("{ type = 'disk', center = [0.53, 0.41], radius = 0.33 }").get(), k_unit_grid);
   for (const Vec3& x : disk.position) {
     for (std::size_t d = 0; d < 2; ++d) EXPECT_NEAR(x[d] / 0.05 - 0.5, std::round(x[d] / 0.05 - 0.5), 100 * k_epsilon);
   }
@@ -176,8 +176,8 @@ TEST(Polar, rings_have_the_moments_of_a_disk) {
 
 TEST(Polar, particles_are_the_centers_of_mass_of_their_pieces) {
   // Four quarters of a disk: 4 r/(3 pi) from either straight side.
-  const Seeds quarters =
-      layout("{ type = 'polar', rings = 1, sectors = 4 }")->fill(region("{ type = 'disk', center = [0, 0], radius = 3 }").get(), k_unit_grid);
+  const Seeds quarters = layout("{ type = 'polar', rings = 1, sectors = 4 }")
+                             ->fill(region("{ type = 'disk', center = [0, 0], radius = 3 }").get(), k_unit_grid);
   EXPECT_NEAR(quarters.position[0][0], 4 / std::numbers::pi, 10 * k_epsilon);
   EXPECT_NEAR(quarters.position[0][1], 4 / std::numbers::pi, 10 * k_epsilon);
 }
@@ -193,8 +193,8 @@ TEST(Polar, second_moment_converges_with_the_square_of_the_rings) {
 }
 
 TEST(Polar, follows_the_center_and_keeps_ring_by_ring_order) {
-  const Seeds seeds =
-      layout("{ type = 'polar', rings = 3, sectors = 5 }")->fill(region("{ type = 'disk', center = [2, -1], radius = 0.3 }").get(), k_unit_grid);
+  const Seeds seeds = layout("{ type = 'polar', rings = 3, sectors = 5 }")
+                          ->fill(region("{ type = 'disk', center = [2, -1], radius = 0.3 }").get(), k_unit_grid);
   ASSERT_EQ(seeds.position.size(), 15u);
   for (std::size_t p = 0; p < 15; ++p) {
     const Real distance = std::hypot(seeds.position[p][0] - 2, seeds.position[p][1] + 1);
