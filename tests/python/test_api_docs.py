@@ -2,6 +2,7 @@
 
 import importlib.util
 import inspect
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -87,6 +88,30 @@ def test_style_is_clean():
             [sys.executable, "-m", "ruff", *words, "python", "examples", "tests/python"], cwd=ROOT, capture_output=True, text=True
         )
         assert checked.returncode == 0, checked.stdout[-3000:]
+
+
+def test_the_documentation_builds_as_a_site_without_warnings(tmp_path):
+    words = ["-q", "-W", "--keep-going", "-b", "html", "-d", str(tmp_path / "doctrees"), str(ROOT / "docs"), str(tmp_path / "site")]
+    built = subprocess.run([sys.executable, "-m", "sphinx", *words], capture_output=True, text=True)
+    assert built.returncode == 0, built.stderr[-3000:]
+    api = (tmp_path / "site/api.html").read_text()
+    assert all(f'id="matpoint.{name}"' in api for name in ("Case", "Simulation", "BodyState.velocity", "plot.profile"))
+    assert "matpoint.parts.NeoHookean" in api
+
+
+def test_the_tutorial_runs_and_its_numbers_hold(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    blocks = re.findall(r"^```python\n(.*?)^```", (ROOT / "docs/tutorial.md").read_text(), re.M | re.S)
+    names = {}
+    for block in blocks:
+        exec(block, names)  # noqa: S102
+    history = names["simulation"].history
+    assert abs(history["kinetic_energy"].max() - 2.5132741) < 1e-6
+    assert abs(-history["lower.momentum_x"][-1] / history["lower.momentum_x"][0] - 0.969) < 1e-3
+    assert abs(history["momentum_x"]).max() < 1e-12
+    assert 0.002 < names["again"].history["transfer_loss"][-1] / history["transfer_loss"][-1] < 0.02
+    assert (tmp_path / "disks.png").stat().st_size > 10_000
+    assert names["case"].check().particles == {"lower": 316, "upper": 316}
 
 
 def load(path: Path):
