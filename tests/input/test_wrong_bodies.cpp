@@ -125,7 +125,8 @@ INSTANTIATE_TEST_SUITE_P(
     layouts, WrongBody,
     testing::Values(
         layout("unknown_type", "{ type = \"percell\", count = 4 }",
-               {"layout type = \"percell\" is unknown, allowed: \"per_cell\", \"lattice\" or \"polar\"", "did you mean \"per_cell\"?"}),
+               {"layout type = \"percell\" is unknown, allowed: \"per_cell\", \"lattice\", \"polar\" or \"points\"",
+                "did you mean \"per_cell\"?"}),
         layout(
             "count_not_square", "{ type = \"per_cell\", count = 5 }",
             {"layout: count = 5 is no square number, so it cannot be spread evenly; the nearest is 4, or give one number per direction"}),
@@ -144,6 +145,13 @@ INSTANTIATE_TEST_SUITE_P(
                {"layout: points = 3 is not allowed, it must be in the interval [1, 2]"}),
         layout("lattice_no_divisions", "{ type = \"lattice\" }",
                {"layout: divisions is missing (integer, or one per direction): Boxes along each side"}),
+        layout("points_with_a_region", "{ type = \"points\", positions = [[0.5, 0.5]], volumes = 1 }",
+               {"^case.toml:28: body \"block\": ", "layout type = \"points\" says where the particles are; leave the region out"}),
+        layout("points_without_one", "{ type = \"points\", positions = [], volumes = 1 }", {"layout: positions is empty"}),
+        layout("points_with_other_volumes", "{ type = \"points\", positions = [[0.5, 0.5], [0.6, 0.5], [0.7, 0.5]], volumes = [1, 2] }",
+               {"layout: volumes has 2 numbers for 3 positions; give one for all, or one for each"}),
+        layout("points_without_volume", "{ type = \"points\", positions = [[0.5, 0.5]], volumes = 0 }",
+               {"layout: volumes = 0 is not allowed, it must be > 0"}),
         layout("polar_in_a_box", "{ type = \"polar\", rings = 3 }",
                {"^case.toml:26: body \"block\": ", "layout type = \"polar\" fills disks only; use \"lattice\" or \"per_cell\""}),
         layout("polar_sectors", "{ type = \"polar\", rings = 3, sectors = 2 }",

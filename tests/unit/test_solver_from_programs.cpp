@@ -45,11 +45,11 @@ INSTANTIATE_TEST_SUITE_P(All, FromPrograms,
                          testing::Values(Variant{2, "double", StressOrder::usl}, Variant{2, "double", StressOrder::usf},
                                          Variant{2, "single", StressOrder::musl}, Variant{3, "double", StressOrder::musl},
                                          Variant{3, "single", StressOrder::usl}),
-                         [](const auto& info) {
-                           const char* order = info.param.order == StressOrder::usl   ? "usl"
-                                               : info.param.order == StressOrder::usf ? "usf"
+                         [](const auto& variant) {
+                           const char* order = variant.param.order == StressOrder::usl   ? "usl"
+                                               : variant.param.order == StressOrder::usf ? "usf"
                                                                                       : "musl";
-                           return fmt::format("dim_{}_{}_{}", info.param.dim, info.param.precision, order);
+                           return fmt::format("dim_{}_{}_{}", variant.param.dim, variant.param.precision, order);
                          });
 
 TEST_P(FromPrograms, assigning_what_was_read_changes_nothing) {
