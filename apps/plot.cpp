@@ -24,8 +24,9 @@ int plot_command(const PlotOptions& options) {
   const std::string recorded = MATPOINT_PYTHON;
   const std::string python = !asked.empty() ? asked : !recorded.empty() ? recorded : "python3";
 
+  const std::string package = MATPOINT_PYTHON_PATH;
   const std::string path = environment("PYTHONPATH");
-  setenv("PYTHONPATH", (path.empty() ? MATPOINT_PYTHON_PATH : MATPOINT_PYTHON_PATH ":" + path).c_str(), 1);
+  if (!package.empty()) setenv("PYTHONPATH", (path.empty() ? package : package + ":" + path).c_str(), 1);
 
   std::vector<std::string> words = {python, "-m", "matpoint.plot"};
   for (const std::string& field : options.fields) words.push_back("--field=" + field);
