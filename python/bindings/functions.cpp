@@ -4,6 +4,7 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <atomic>
 #include <cmath>
 
 #include "body/seeding.hpp"
@@ -31,6 +32,20 @@ class Function {
  private:
   std::shared_ptr<nb::object> object_;
 };
+
+std::atomic<bool> g_was_interrupted{false};
+
+/// The call, and once more if Ctrl-C met it: half a step is worth nothing.
+template <class F>
+auto finish_despite_interrupts(F&& f) {
+  try {
+    return f();
+  } catch (const nb::python_error& error) {
+    if (!error.matches(PyExc_KeyboardInterrupt)) throw;
+    g_was_interrupted = true;
+  }
+  return f();
+}
 
 /// Points that a Python predicate chooses; called one point at a time while particles are made.
 class PredicateRegion final : public Region {
@@ -115,7 +130,7 @@ std::shared_ptr<VelocityHistory> velocity_history(nb::object function, int dim) 
   auto history = std::make_shared<VelocityHistory>();
   history->at = [function = Function(std::move(function)), dim](Real t) {
     const nb::gil_scoped_acquire lock;
-    const auto values = nb::cast<ConstArray>(function(t));
+    const auto values = nb::cast<ConstArray>(finish_despite_interrupts([&] { return function(t); }));
     if (values.size() != static_cast<std::size_t>(dim)) {
       throw InputError("boundary velocity: the function gave {} numbers at t = {} s, it must give {}", values.size(), t, dim);
     }
@@ -131,7 +146,7 @@ std::shared_ptr<BodyForce> body_force(nb::object function, bool is_constant) {
   force->is_constant = is_constant;
   force->at = [function = Function(std::move(function))](Real t, std::vector<Real>& values) {
     const nb::gil_scoped_acquire lock;
-    const auto given = nb::cast<ConstArray>(function(t));
+    const auto given = nb::cast<ConstArray>(finish_despite_interrupts([&] { return function(t); }));
     if (given.size() != values.size()) {
       throw InputError("body_force: the function gave {} numbers at t = {} s, it must give {}", given.size(), t, values.size());
     }
@@ -149,9 +164,10 @@ std::shared_ptr<Material> function_material(const std::string& name, nb::object 
     const auto n = static_cast<std::size_t>(points.count);
     const auto h = static_cast<std::size_t>(history_size);
     // Copies: what the function keeps must not change under it.
-    const nb::object result =
-        function(make_array(copied(points.F, 9 * points.count), {n, 3, 3}), make_array(copied(points.L, 9 * points.count), {n, 3, 3}),
-                 points.dt, make_array(copied(points.history, points.count * history_size), {n, h}));
+    const nb::object result = finish_despite_interrupts([&] {
+      return function(make_array(copied(points.F, 9 * points.count), {n, 3, 3}), make_array(copied(points.L, 9 * points.count), {n, 3, 3}),
+                      points.dt, make_array(copied(points.history, points.count * history_size), {n, h}));
+    });
     const auto both = nb::cast<nb::tuple>(result);
     const auto tau = nb::cast<ConstArray>(both[0]);
     const auto history = nb::cast<ConstArray>(both[1]);
@@ -162,6 +178,8 @@ std::shared_ptr<Material> function_material(const std::string& name, nb::object 
 }
 
 }  // namespace
+
+bool take_interrupt() { return g_was_interrupted.exchange(false); }
 
 void bind_functions(nb::module_& m) {
   nb::class_<Region>(m, "Region", "A region of the core.");

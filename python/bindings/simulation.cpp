@@ -5,11 +5,14 @@
 #include <nanobind/stl/vector.h>
 
 #include <chrono>
+#include <cmath>
+#include <thread>
 
 #include "case/simulation.hpp"
 #include "convert.hpp"
 #include "core/error.hpp"
 #include "core/parallel.hpp"
+#include "functions.hpp"
 #include "io/history.hpp"
 #include "io/results_folder.hpp"
 
@@ -46,6 +49,7 @@ class PythonSimulation {
   const Solver& solver() const { return simulation_.solver(); }
 
   void open_results(const std::string& folder, bool is_overwrite, const std::string& command) {
+    require_idle();
     auto results = std::make_unique<ResultsFolder>(folder, is_overwrite ? ExistingFolder::overwrite : ExistingFolder::refuse);
     results->begin(simulation_, thread_count(), command);
     results_ = std::move(results);
@@ -53,9 +57,11 @@ class PythonSimulation {
   bool has_results() const { return results_ != nullptr; }
 
   std::string run(std::optional<Real> until) {
-    interrupt_ = 0;
+    require_idle();
+    const Running running(*this);
     RunEnd ending{};
     try {
+      if (results_ && simulation_.step_count() > 0) results_->resume(simulation_);
       const nb::gil_scoped_release unlocked;
       ending = simulation_.run(results_.get(), until, &interrupt_);
       if (results_) results_->finish(simulation_, text_of(ending));
@@ -72,7 +78,8 @@ class PythonSimulation {
   }
 
   void step(Index count) {
-    interrupt_ = 0;
+    require_idle();
+    const Running running(*this);
     {
       const nb::gil_scoped_release unlocked;
       for (Index i = 0; i < count && interrupt_ == 0; ++i) {
@@ -85,12 +92,14 @@ class PythonSimulation {
 
   /// The function is called with no arguments and stops the run by returning false.
   void add_callback(nb::object function, Index every_steps, Real every_time, double every_wall) {
+    require_between_steps();
     struct State {
       nb::object function;
       Real next_time;
       Clock::time_point last = Clock::now();
     };
-    auto* const raw = new State{std::move(function), simulation_.time()};
+    const Real first = every_time > 0 ? std::ceil(simulation_.time() / every_time - 1e-9) * every_time : 0;
+    auto* const raw = new State{std::move(function), first};
     const std::shared_ptr<State> state(raw, [](State* pointer) {
       const nb::gil_scoped_acquire lock;
       delete pointer;
@@ -100,25 +109,22 @@ class PythonSimulation {
       if (every_time > 0) {
         // The first step at or after each multiple; the steps are not cut, for watching a run must not change it.
         if (now.time() < state->next_time * (1 - 1e-12)) return true;
-        while (state->next_time <= now.time() * (1 + 1e-12)) state->next_time += every_time;
+        state->next_time = (std::floor(now.time() / every_time + 1e-9) + 1) * every_time;
       }
       if (every_wall > 0) {
         if (std::chrono::duration<double>(Clock::now() - state->last).count() < every_wall) return true;
         state->last = Clock::now();
       }
       const nb::gil_scoped_acquire lock;
-      try {
-        return nb::cast<bool>(state->function());
-      } catch (const nb::python_error& error) {
-        // Ctrl-C met the function and not the core: the run ends as it would have.
-        if (!error.matches(PyExc_KeyboardInterrupt)) throw;
-        interrupt_with(error);
-        return true;
-      }
+      is_in_callback_ = true;
+      const bool goes_on = call(state->function);
+      is_in_callback_ = false;
+      return goes_on;
     });
   }
 
   Array history() const {
+    require_between_steps();
     std::vector<Real> values;
     values.reserve(rows_.size() * history_names_.size());
     // Column by column: each becomes a contiguous array.
@@ -131,7 +137,10 @@ class PythonSimulation {
     if (!rows_.empty() && static_cast<Index>(rows_.back()[1]) == now.step_count()) return;
     rows_.push_back(history_row(now));
   }
-  void record_now() { record(simulation_); }
+  void record_now() {
+    require_between_steps();
+    record(simulation_);
+  }
   const std::vector<std::string>& history_names() const { return history_names_; }
   const std::vector<std::string>& history_units() const { return history_units_; }
 
@@ -140,18 +149,17 @@ class PythonSimulation {
     for (std::size_t b = 0; b < solver().body_count(); ++b) names.push_back(solver().body_name(b));
     return names;
   }
+  /// Keeps the interpreter's lock: nothing may step meanwhile.
   Array field(std::size_t body, const std::string& name) const {
-    Field field;
-    {
-      const nb::gil_scoped_release unlocked;
-      field = solver().field(body, name);
-    }
-    return make_array(std::move(field));
+    require_between_steps();
+    return make_array(solver().field(body, name));
   }
   void set_field(std::size_t body, const std::string& name, ConstArray values) {
+    require_between_steps();
     simulation_.set_field(body, name, {values.data(), values.data() + values.size()});
   }
   nb::typed<nb::dict, nb::str, Array> grid_fields() const {
+    require_between_steps();
     nb::typed<nb::dict, nb::str, Array> fields;
     for (Field& field : solver().grid_fields()) {
       const std::string name = field.name;
@@ -162,14 +170,70 @@ class PythonSimulation {
 
   Table resolved() const { return nb::borrow<Table>(from_input(simulation_.problem().to_input())); }
 
+  std::vector<std::string> warnings() const {
+    require_between_steps();
+    return simulation_.warnings();
+  }
+  Real next_dt() const {
+    require_between_steps();
+    return simulation_.next_dt();
+  }
+  Index memory() const {
+    require_between_steps();
+    return solver().memory();
+  }
+  Index particle_count(std::size_t body) const {
+    require_between_steps();
+    return solver().particle_count(body);
+  }
+
  private:
+  /// While it exists the simulation goes on, in this thread.
+  class Running {
+   public:
+    explicit Running(PythonSimulation& simulation) : simulation_(simulation) {
+      simulation_.interrupt_ = 0;
+      simulation_.signal_.reset();
+      simulation_.runner_ = std::this_thread::get_id();
+      simulation_.is_running_ = true;
+    }
+    ~Running() { simulation_.is_running_ = simulation_.is_in_callback_ = false; }
+    Running(const Running&) = delete;
+    Running& operator=(const Running&) = delete;
+
+   private:
+    PythonSimulation& simulation_;
+  };
+
+  void require_idle() const {
+    if (!is_running_) return;
+    throw InputError(
+        "the simulation is running; run, step and a results folder must wait until that is done, also in callbacks and functions of the "
+        "case");
+  }
+  /// For whatever reads or changes the state: not in the middle of a step, whose stages it would meet.
+  void require_between_steps() const {
+    if (!is_running_ || (is_in_callback_ && runner_ == std::this_thread::get_id())) return;
+    throw InputError("the simulation is in the middle of a step; read and change it between runs, or in a callback (every)");
+  }
+  bool call(const nb::object& function) {
+    try {
+      return nb::cast<bool>(function());
+    } catch (const nb::python_error& error) {
+      // Ctrl-C met the function and not the core: the run ends as it would have.
+      if (!error.matches(PyExc_KeyboardInterrupt)) throw;
+      interrupt_with(error);
+      return true;
+    }
+  }
   /// Ctrl-C, at most twenty times a second.
   void look_for_signals() {
     const Clock::time_point now = Clock::now();
     if (std::chrono::duration<double>(now - looked_).count() < 0.05) return;
     looked_ = now;
     const nb::gil_scoped_acquire lock;
-    if (PyErr_CheckSignals() == 0) return;
+    if (take_interrupt()) PyErr_SetNone(PyExc_KeyboardInterrupt);
+    if (PyErr_Occurred() == nullptr && PyErr_CheckSignals() == 0) return;
     interrupt_with(nb::python_error());
   }
   void interrupt_with(const nb::python_error& error) {
@@ -190,6 +254,9 @@ class PythonSimulation {
   std::atomic<int> interrupt_{0};
   std::unique_ptr<nb::python_error> signal_;
   Clock::time_point looked_ = Clock::now();
+  std::atomic<bool> is_running_{false};
+  std::atomic<bool> is_in_callback_{false};
+  std::thread::id runner_;
 };
 
 }  // namespace
@@ -208,21 +275,20 @@ void bind_simulation(nb::module_& m) {
       .def("history_names", &S::history_names)
       .def("history_units", &S::history_units)
       .def("body_names", &S::body_names)
-      .def(
-          "particle_count", [](const S& s, std::size_t body) { return s.solver().particle_count(body); }, nb::arg("body"))
+      .def("particle_count", &S::particle_count, nb::arg("body"))
       .def(
           "field_names", [](const S& s, std::size_t body) { return s.solver().field_names(body); }, nb::arg("body"))
       .def("field", &S::field, nb::arg("body"), nb::arg("name"))
       .def("set_field", &S::set_field, nb::arg("body"), nb::arg("name"), nb::arg("values"))
       .def("grid_fields", &S::grid_fields)
       .def("resolved", &S::resolved)
-      .def("warnings", [](const S& s) { return s.simulation().warnings(); })
+      .def("warnings", &S::warnings)
       .def("time", [](const S& s) { return s.simulation().time(); })
       .def("step_count", [](const S& s) { return s.simulation().step_count(); })
       .def("last_dt", [](const S& s) { return s.simulation().last_dt(); })
-      .def("next_dt", [](const S& s) { return s.simulation().next_dt(); })
+      .def("next_dt", &S::next_dt)
       .def("node_count", [](const S& s) { return s.solver().node_count(); })
-      .def("memory", [](const S& s) { return s.solver().memory(); });
+      .def("memory", &S::memory);
 }
 
 }  // namespace matpoint::python

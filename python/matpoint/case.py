@@ -112,7 +112,11 @@ class Case:
         return [*super().__dir__(), *_VALUES, *_TABLES, *_LISTS]
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Case) and self.name == other.name and self._data == other._data
+        return isinstance(other, Case) and self.name == other.name and self._said() == other._said()
+
+    def _said(self) -> dict[str, Any]:
+        """What the case says, as plain data: sections that were only looked at say nothing."""
+        return {key: value for key, value in _plain(self._data).items() if value not in ({}, [])}
 
     def __repr__(self) -> str:
         bodies = ", ".join(str(body.get("name")) for body in self.body)
@@ -222,8 +226,10 @@ def _copied(value: Any) -> Any:
         made = copy.copy(value)
         made.update({key: _copied(item) for key, item in value.items()})
         return made
-    if isinstance(value, list):
-        return [_copied(item) for item in value]
+    if isinstance(value, (list, tuple)):
+        return type(value)(_copied(item) for item in value)
+    if isinstance(value, np.ndarray):
+        return value.copy()
     return value
 
 
@@ -329,6 +335,7 @@ def _checked_velocity(function: Callable[..., Any], dim: int) -> Callable[[float
 
 def _body_force(function: Callable[..., Any], grid: Mapping[str, Any]) -> _core.BodyForce:
     positions = node_positions(grid)
+    positions.flags.writeable = False  # the function gets them again at every step
     depends_on_time = positional_count(function) > 1
 
     def force(time: float) -> Floats:

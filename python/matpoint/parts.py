@@ -142,8 +142,8 @@ def part_of(key: str, value: Any) -> Any:
         made = kind()
         made.update(items)
         return made
-    if isinstance(value, list):
-        return [part_of(key, item) for item in value]
+    if isinstance(value, (list, tuple)):
+        return type(value)(part_of(key, item) for item in value)
     return value
 
 

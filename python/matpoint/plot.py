@@ -262,17 +262,25 @@ def probes(results: Results) -> Figure:
     return figure
 
 
+def common_count(bodies: Sequence[Particles]) -> int:
+    """How many times are written for all bodies. Raises ResultsError when there is none."""
+    if not bodies:
+        raise ResultsError('there are no fields of particles: the output.formats of the case must contain "vtkhdf"')
+    # A run that was killed between two bodies has written one time more for the first.
+    count = min(len(body.times) for body in bodies)
+    if count == 0:
+        raise ResultsError(f'body "{bodies[0].name}" has no fields yet: no time is written')
+    return count
+
+
 def choose_times(bodies: Sequence[Particles], wanted: Sequence[float] | None) -> list[int]:
     """Indices of the written times that are nearest to the wanted ones; without these, a few evenly spaced.
 
     Raises:
         ResultsError: Nothing was written, or a wanted time is outside of what was.
     """
-    # A run that was killed between two bodies has written one time more for the first.
-    count = min(len(body.times) for body in bodies)
+    count = common_count(bodies)
     times = bodies[0].times[:count]
-    if count == 0:
-        raise ResultsError(f'body "{bodies[0].name}" has no fields yet: no time is written')
     if wanted is None:
         even = np.linspace(times[0], times[-1], PANELS)
         return sorted({int(np.argmin(np.abs(times - t))) for t in even})
@@ -499,7 +507,8 @@ def profile(
         if name not in scene.bodies:
             raise ResultsError(f'there is no body "{name}"{did_you_mean(name, list(scene.bodies))}')
     chosen = [scene.bodies[name] for name in bodies or scene.bodies]
-    indices = choose_times(chosen, times if times is not None else [float(chosen[0].times[-1])] if len(chosen[0].times) else None)
+    last = common_count(chosen) - 1
+    indices = choose_times(chosen, times if times is not None else [float(chosen[0].times[last])])
     figure, axes = plt.subplots(figsize=(5.2, 3.6))
     for number, (index, body) in enumerate((i, b) for i in indices for b in chosen):
         axes.plot(
@@ -539,7 +548,7 @@ def animate(results: Results, field: str, path: str | Path, *, frames_per_second
     if path.suffix == ".mp4" and not animation.writers.is_available("ffmpeg"):
         raise ResultsError(f'"{path}": .mp4 needs the program ffmpeg, which is not installed; take .gif')
     bodies = list(results.bodies.values())
-    count = len(choose_times(bodies, [float(t) for t in bodies[0].times] if bodies else None))
+    count = common_count(bodies)
     norm, cmap, extend = color_scale(np.concatenate([body.scalar(field, i) for i in range(count) for body in bodies]))
     lower, upper = grid_box(results)
     aspect = float(np.clip((upper[1] - lower[1]) / (upper[0] - lower[0]), 0.3, 3)) if results.dim == 2 else 1.0

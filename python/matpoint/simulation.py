@@ -70,6 +70,9 @@ class FieldArray(NDArray[np.float64] if TYPE_CHECKING else np.ndarray):  # type:
         return np.array(np.asarray(self)[key])[()]
 
     def __setitem__(self, key: Any, value: Any) -> None:
+        if self._assign is None and self.flags.writeable:  # a copy, or an array made after one
+            self.view(np.ndarray)[key] = value
+            return
         if self._assign is None:
             raise _core.InputError(
                 "this array is a view of a field that was read; assign to the field of the body itself: body.velocity[...] = ..."
@@ -474,7 +477,10 @@ def _trampoline(simulation: Simulation, index: int) -> Callable[[], bool]:
 
     def call() -> bool:
         alive = reference()
-        return alive is None or alive._callbacks[index](alive) is not False
+        if alive is None:
+            return True
+        result = alive._callbacks[index](alive)
+        return bool(result) if isinstance(result, (bool, np.bool_)) else True
 
     return call
 

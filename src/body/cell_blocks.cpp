@@ -192,7 +192,8 @@ Vec3 CellBlocks<Dim, R>::position(const BlockType& block, const R* fields, int l
   for (int d = 0; d < Dim; ++d) {
     const auto s = static_cast<std::size_t>(d);
     const int cell = block.first[s] + (d == 0 ? lane : 0);
-    x[s] = grid_.lower(d) + (cell + static_cast<Real>(fields[(layout_.x + d) * L])) * grid_.cell_size(d);
+    // On the far side the sum may round to more.
+    x[s] = std::min(grid_.lower(d) + (cell + static_cast<Real>(fields[(layout_.x + d) * L])) * grid_.cell_size(d), grid_.upper(d));
   }
   return x;
 }
@@ -230,7 +231,6 @@ void CellBlocks<Dim, R>::remove_all() {
         block->slot_count = 0;
       }
     }
-    prune(band);
   }
 }
 

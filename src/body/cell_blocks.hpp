@@ -164,7 +164,7 @@ class CellBlocks {
   void extract(Band& band, BlockType& block, std::vector<Mover<R>>& movers);
   /// Gives back blocks without particles, and pages that are not needed. All even bands, then all odd ones, may run side by side.
   void prune(Band& band);
-  /// Leaves all cells empty; the number of particles stays as it is, for they are to come back.
+  /// Leaves all cells empty; the number of particles stays as it is, and so do the blocks, for they are to come back. Then prune.
   void remove_all();
   /// Adds to the number of particles; insert and extract do not count, because they run side by side.
   void add_to_count(Index change) { count_ += change; }

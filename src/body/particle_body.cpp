@@ -115,7 +115,7 @@ void ParticleBody<Dim, R>::seed(const BodySpec& spec, const std::string& where, 
       }
       const Real place = (x[s] - grid.lower(d)) / grid.cell_size(d);
       cells[p][s] = std::min(static_cast<int>(place), grid.cells(d) - 1);  // points on the far side belong to the last cell
-      places[p][s] = place - cells[p][s];
+      places[p][s] = std::min(place - cells[p][s], Real{1});               // on the far side a division may round to more
     }
   }
   // Cell by cell, so that blocks and their pages lie in the order of the sweep.
@@ -125,6 +125,9 @@ void ParticleBody<Dim, R>::seed(const BodySpec& spec, const std::string& where, 
     return std::lexicographical_compare(cells[a].rbegin(), cells[a].rend(), cells[b].rbegin(), cells[b].rend());
   });
   std::vector<R> fields(static_cast<std::size_t>(layout.field_count));
+  // A law may have a stress where nothing is deformed.
+  const std::array<Real, 6> tau =
+      layout.tau >= 0 ? components_of(material_->kirchhoff_stress({1, 0, 0, 0, 1, 0, 0, 0, 1})) : std::array<Real, 6>{};
   for (const std::uint32_t p : order) {
     std::fill(fields.begin(), fields.end(), R{0});
     const Vec3 v = spec.velocity ? spec.velocity->at(seeds.position[p]) : Vec3{};
@@ -137,6 +140,7 @@ void ParticleBody<Dim, R>::seed(const BodySpec& spec, const std::string& where, 
     }
     at(layout.id) = id_to_bits<R>(p);
     if (layout.volume >= 0) at(layout.volume) = static_cast<R>(seeds.volume[p]);
+    for (int s = 0; layout.tau >= 0 && s < k_stress_size<Dim>; ++s) at(layout.tau + s) = static_cast<R>(tau[static_cast<std::size_t>(s)]);
     blocks_->insert(cells[p], fields.data());
   }
   blocks_->add_to_count(static_cast<Index>(n));
@@ -178,10 +182,10 @@ void ParticleBody<Dim, R>::sweep(Sweep what, Real dt, Real flip) {
     reports_[b].moved = 0;
     sweep_band(what, b, reports_[b]);
   });
-  material_->rethrow();
   collect(what, reports_);
+  if (moves(what)) settle(what);
+  material_->rethrow();
   if (!moves(what)) return;
-  settle(what);
   if (++sweeps_since_prune_ >= k_sweeps_between_prunes) {
     sweeps_since_prune_ = 0;
     for_each_band([&](std::size_t b) { blocks_->prune(blocks_->bands()[b]); });

@@ -91,6 +91,8 @@ class ParticleBody final : public Body<Dim> {
   void set_velocity(const std::vector<Real>& values);
   void set_deformation_gradient(const std::vector<Real>& values);
   void set_position(const std::vector<Real>& values);
+  /// Kirchhoff stresses [Pa], six components a row, at the deformation gradients F, nine numbers a row, without rates.
+  std::vector<Real> stresses_at_rest(const std::vector<Real>& F);
   /// Calls f(fields, stride, row) for all particles; row: place in the fields that are handed out.
   template <class F>
   void change_each_particle(F&& f);

@@ -5,6 +5,7 @@
 #include "body/particle_body.hpp"
 #include "core/parallel.hpp"
 #include "core/tensor.hpp"
+#include "material/function_material.hpp"
 
 namespace matpoint {
 
@@ -80,8 +81,7 @@ std::array<Real, 6> ParticleBody<Dim, R>::cauchy_stress(const Particle& p) const
   if (at.tau >= 0) {
     for (std::size_t s = 0; s < k_stress_size<Dim>; ++s) sigma[s] = p.field(at.tau + static_cast<int>(s));
   } else {
-    const Material::Matrix tau = material_->kirchhoff_stress(deformation_gradient(p));
-    sigma = {tau[0], tau[4], tau[8], tau[1], tau[5], tau[2]};
+    sigma = components_of(material_->kirchhoff_stress(deformation_gradient(p)));
   }
   const Real volume_ratio = J(p);
   for (Real& component : sigma) component /= volume_ratio;
@@ -265,18 +265,51 @@ void ParticleBody<Dim, R>::set_deformation_gradient(const std::vector<Real>& val
     }
   }
   const SlotLayout<Dim>& at = blocks_->layout();
+  // At rest: the rate of the last step belongs to another state. All before the first change, for a law given by a program may fail.
+  const std::vector<Real> tau = at.tau >= 0 ? stresses_at_rest(values) : std::vector<Real>{};
   change_each_particle([&](R* fields, int stride, std::size_t row) {
-    Material::Matrix F;
-    std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(9 * row), 9, F.begin());
     for (int r = 0; r < Dim; ++r) {
-      for (int c = 0; c < Dim; ++c) fields[(at.F + r * Dim + c) * stride] = static_cast<R>(F[static_cast<std::size_t>(3 * r + c)]);
+      for (int c = 0; c < Dim; ++c)
+        fields[(at.F + r * Dim + c) * stride] = static_cast<R>(values[9 * row + static_cast<std::size_t>(3 * r + c)]);
     }
-    if (at.tau < 0) return;
-    // At rest: the rate of the last step belongs to another state.
-    const Material::Matrix tau = material_->kirchhoff_stress(F);
-    const std::array<Real, 6> components{tau[0], tau[4], tau[8], tau[1], tau[5], tau[2]};
-    for (int s = 0; s < k_stress_size<Dim>; ++s) fields[(at.tau + s) * stride] = static_cast<R>(components[static_cast<std::size_t>(s)]);
+    for (int s = 0; at.tau >= 0 && s < k_stress_size<Dim>; ++s)
+      fields[(at.tau + s) * stride] = static_cast<R>(tau[6 * row + static_cast<std::size_t>(s)]);
   });
+}
+
+template <int Dim, class R>
+std::vector<Real> ParticleBody<Dim, R>::stresses_at_rest(const std::vector<Real>& F) {
+  const std::size_t count = F.size() / 9;
+  const SlotLayout<Dim>& at = blocks_->layout();
+  const auto history_size = static_cast<std::size_t>(material_->history_size());
+  std::vector<Real> history(count * history_size);
+  change_each_particle([&](const R* fields, int stride, std::size_t row) {
+    for (std::size_t h = 0; h < history_size; ++h)
+      history[row * history_size + h] = static_cast<Real>(fields[(at.history + static_cast<int>(h)) * stride]);
+  });
+  std::vector<Real> tau(9 * count);
+  if (const auto* function = dynamic_cast<const FunctionMaterial*>(material_.get())) {
+    const std::vector<Real> L(9 * count, 0);
+    function->evaluate({static_cast<Index>(count), F.data(), L.data(), 0, history.data(), tau.data()});
+    function->rethrow();
+  } else {
+    for (std::size_t i = 0; i < tau.size(); i += 9) {
+      Material::Matrix m;
+      std::copy_n(F.begin() + static_cast<std::ptrdiff_t>(i), 9, m.begin());
+      m = material_->kirchhoff_stress(m);
+      std::copy(m.begin(), m.end(), tau.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+  }
+  std::vector<Real> components(6 * count);
+  for (std::size_t row = 0; row < count; ++row) {
+    Material::Matrix m;
+    std::copy_n(tau.begin() + static_cast<std::ptrdiff_t>(9 * row), 9, m.begin());
+    const std::array<Real, 6> one = components_of(m);
+    if (!std::all_of(one.begin(), one.end(), [](Real x) { return std::isfinite(x); }))
+      throw InputError("body \"{}\": the stress that belongs to deformation_gradient of particle row {} is not finite", name_, row);
+    std::copy(one.begin(), one.end(), components.begin() + static_cast<std::ptrdiff_t>(6 * row));
+  }
+  return components;
 }
 
 template <int Dim, class R>
@@ -302,10 +335,11 @@ void ParticleBody<Dim, R>::set_position(const std::vector<Real>& values) {
       const auto s = static_cast<std::size_t>(d);
       const Real place = (values[row * Dim + s] - grid_.lower(d)) / grid_.cell_size(d);
       cell[s] = std::min(static_cast<int>(place), grid_.cells(d) - 1);  // points on the far side belong to the last cell
-      fields[at.x + d] = static_cast<R>(place - cell[s]);
+      fields[at.x + d] = static_cast<R>(std::min(place - cell[s], Real{1}));
     }
     blocks_->insert(cell, fields);
   }
+  for (Band& band : blocks_->bands()) blocks_->prune(band);
 }
 
 template <int Dim, class R>

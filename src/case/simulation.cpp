@@ -46,6 +46,7 @@ Simulation::Simulation(Case problem) : case_(std::move(problem)), solver_(make_s
 Simulation::~Simulation() = default;
 
 void Simulation::set_field(std::size_t body, const std::string& name, const std::vector<Real>& values) {
+  if (!broken_.empty()) throw SolverError("the simulation broke off in {}; its state is of no use any more, build it again", broken_);
   const auto energy = [](const BodyTotals& totals) { return totals.kinetic_energy + totals.strain_energy + totals.gravitational_energy; };
   const BodyTotals before = solver_->totals(body);
   solver_->set_field(body, name, values);
@@ -93,6 +94,7 @@ bool Simulation::has_reached(Real event) const {
 }
 
 void Simulation::step(Real latest) {
+  if (!broken_.empty()) throw SolverError("the simulation broke off in {}; its state is of no use any more, build it again", broken_);
   Real dt = next_dt();
   bool ends_at_latest = false;
   if (!case_.time.dt && time_ + dt >= latest * (1 - 1e-14)) {
@@ -102,7 +104,12 @@ void Simulation::step(Real latest) {
   try {
     solver_->step(time_, dt);
   } catch (const SolverError& error) {
+    broken_ = fmt::format("step {}", step_ + 1);
     throw SolverError(fmt::format("step {}, {}", step_ + 1, error.what()));
+  } catch (...) {
+    // From a function that a program gave: some stages of the step are done and others not.
+    broken_ = fmt::format("the middle of step {}", step_ + 1);
+    throw;
   }
   ++step_;
   dt_ = dt;
@@ -147,7 +154,11 @@ RunEnd Simulation::run(ResultsFolder* results, std::optional<Real> until, const 
     if (results != nullptr && are_fields_due) results->write_fields(*this);
   };
   const auto call_back = [&] {
-    return std::all_of(callbacks_.begin(), callbacks_.end(), [&](const Callback& callback) { return callback(*this); });
+    // By index: a callback may add another one.
+    for (std::size_t i = 0; i < callbacks_.size(); ++i) {
+      if (!callbacks_[i](*this)) return false;
+    }
+    return true;
   };
   if (step_ == 0) {
     write_history(results);

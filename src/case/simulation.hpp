@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -69,12 +70,13 @@ class Simulation {
 
   Case case_;
   std::unique_ptr<Solver> solver_;
-  std::vector<Callback> callbacks_;
+  std::deque<Callback> callbacks_;  // whose elements stay where they are when one is added
   std::vector<HistoryCallback> history_callbacks_;
   Real time_ = 0;
   Index step_ = 0;
   Real dt_ = 0;
   bool particle_left_ = false;
+  std::string broken_;  ///< The step in which an error left the state half done; then nothing goes on.
   Real initial_energy_ = 0;
   Vec3 initial_momentum_{};
 };

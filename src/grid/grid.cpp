@@ -227,6 +227,18 @@ void Grid<Dim, R>::for_each_node(const TileType& tile, F&& f) const {
 }
 
 template <int Dim, class R>
+void Grid<Dim, R>::copy_periodic(std::vector<Real>& values) const {
+  std::size_t stride = Dim;
+  for (int d = 0; d < Dim; ++d) {
+    const auto count = static_cast<std::size_t>(nodes(d));
+    for (std::size_t i = 0; is_periodic_[d] && i < values.size(); ++i) {
+      if (i / stride % count == count - 1) values[i] = values[i - (count - 1) * stride];
+    }
+    stride *= count;
+  }
+}
+
+template <int Dim, class R>
 void Grid<Dim, R>::add_body_force(TileType& tile) const {
   for_each_node(tile, [&](int lane, std::size_t node) {
     for (std::size_t d = 0; d < Dim; ++d)

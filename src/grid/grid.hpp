@@ -65,6 +65,9 @@ class Grid {
   /// A body force per mass [m/s^2] at all nodes, Dim numbers each, x fastest; must outlive the grid.
   void set_body_force(const std::vector<Real>* values) { body_force_ = values; }
 
+  /// Gives the nodes on the far side of each periodic direction what those on the near side have, for they are one. Dim numbers each.
+  void copy_periodic(std::vector<Real>& values) const;
+
   GridGeometry geometry() const;
   Real lower(int d) const { return lower_[d]; }
   Real upper(int d) const { return upper_[d]; }

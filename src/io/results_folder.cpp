@@ -276,6 +276,13 @@ void ResultsFolder::wait() {
   }
 }
 
+void ResultsFolder::resume(const Snapshot& now) {
+  manifest_.status = "running";
+  manifest_.message.clear();
+  manifest_.ended.clear();
+  write_manifest(now);
+}
+
 void ResultsFolder::finish(const Snapshot& end, const std::string& status) {
   wait();
   manifest_.status = status;

@@ -47,6 +47,9 @@ class ResultsFolder {
   /// Comes back when all fields are in the files. Throws SolverError.
   void wait();
 
+  /// The manifest again with status = "running", for a run that goes on after it ended. Throws SolverError.
+  void resume(const Snapshot& now);
+
   /// Rewrites the manifest with the way the run ended: "finished", "interrupted", ... Throws SolverError.
   void finish(const Snapshot& end, const std::string& status);
 

@@ -21,6 +21,8 @@ void update_function_law(const void* law, LawChunk<Dim, R>& chunk) {
   std::array<R*, points_max> fields{};
   std::array<R*, points_max> stresses{};
   std::size_t count = 0;
+  // Lanes without a particle, and bad points, are summed with a stress of zero.
+  std::fill_n(chunk.tau, k_chunk_slots * k_stress_size<Dim> * L, R{0});
   for (int k = 0; k < k_chunk_slots; ++k) {
     for (int lane = 0; lane < L; ++lane) {
       if (!(static_cast<R>(k) < chunk.counts[lane])) continue;
@@ -44,9 +46,13 @@ void update_function_law(const void* law, LawChunk<Dim, R>& chunk) {
       const R J = static_cast<R>(determinant(new_F));
       chunk.J_min[lane] = std::min(chunk.J_min[lane], J);
       chunk.J_max[lane] = std::max(chunk.J_max[lane], J);
-      if (!(J > 0 && J < R(1e30)) && chunk.bad_slot < 0) {
-        chunk.bad_slot = k;
-        chunk.bad_lane = lane;
+      if (!(J > 0 && J < R(1e30))) {
+        // The function would raise something of its own, and hide which particle it is.
+        if (chunk.bad_slot < 0) {
+          chunk.bad_slot = k;
+          chunk.bad_lane = lane;
+        }
+        continue;
       }
       std::copy_n(new_F.entries, 9, F.begin() + static_cast<std::ptrdiff_t>(9 * count));
       std::copy_n(gradient.entries, 9, velocity_gradient.begin() + static_cast<std::ptrdiff_t>(9 * count));

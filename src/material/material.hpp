@@ -46,6 +46,9 @@ class Material {
   virtual Input write(int dim) const = 0;
 };
 
+/// xx yy zz xy yz xz of a symmetric matrix.
+inline std::array<Real, 6> components_of(const Material::Matrix& m) { return {m[0], m[4], m[8], m[1], m[5], m[2]}; }
+
 /// All laws that case files and Python can name. A new law adds its name to laws.hpp.
 const TypeRegistry<Material>& material_registry();
 

@@ -44,6 +44,7 @@ void ExplicitSolver<Dim, R>::update_body_force(Real t) {
   if (!body_force_ || (body_force_->is_constant && !body_force_values_.empty())) return;
   body_force_values_.resize(static_cast<std::size_t>(grid_.node_count()) * Dim);
   body_force_->at(t, body_force_values_);
+  grid_.copy_periodic(body_force_values_);
 }
 
 template <int Dim, class R>

@@ -152,9 +152,9 @@ TEST_P(FromPrograms, law_given_as_a_function_is_the_same_law) {
   expect_near(stress, b.solver().field(0, "stress").values, 1e5 * tolerance(GetParam()));
 }
 
-TEST(FromProgramsAlone, what_a_function_throws_ends_the_step_and_the_next_one_may_succeed) {
+TEST(FromProgramsAlone, what_a_function_throws_ends_the_step_and_there_is_no_next_one) {
   Case problem = blocks({2, "double", StressOrder::usl});
-  bool fails = true;
+  bool fails = false;
   problem.bodies[0].material = std::make_shared<FunctionMaterial>(
       "test",
       [&fails](const MaterialPoints& points) {
@@ -163,9 +163,16 @@ TEST(FromProgramsAlone, what_a_function_throws_ends_the_step_and_the_next_one_ma
       },
       1000, 10, 0, 0);
   Simulation simulation(problem);
+  simulation.step();
+  fails = true;
   EXPECT_THROW(simulation.step(), std::domain_error);
+  const std::vector<Real> x = simulation.solver().field(0, "position").values;
+  EXPECT_TRUE(std::all_of(x.begin(), x.end(), [](Real value) { return value > 0.2; }));
   fails = false;
-  EXPECT_NO_THROW(simulation.step());
+  EXPECT_THROW(simulation.step(), SolverError);
+  EXPECT_THROW(simulation.set_field(0, "position", x), SolverError);
+  fails = true;
+  EXPECT_THROW(Simulation{problem}, std::domain_error);
 }
 
 TEST(FromProgramsAlone, boundary_velocity_given_as_a_function_is_the_table) {
