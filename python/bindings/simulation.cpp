@@ -194,6 +194,7 @@ class PythonSimulation {
     explicit Running(PythonSimulation& simulation) : simulation_(simulation) {
       simulation_.interrupt_ = 0;
       simulation_.signal_.reset();
+      take_interrupt();
       simulation_.runner_ = std::this_thread::get_id();
       simulation_.is_running_ = true;
     }
@@ -231,6 +232,10 @@ class PythonSimulation {
     const Clock::time_point now = Clock::now();
     if (std::chrono::duration<double>(now - looked_).count() < 0.05) return;
     looked_ = now;
+    if (!nb::is_alive()) {  // a thread that outlives the interpreter
+      interrupt_ = 1;
+      return;
+    }
     const nb::gil_scoped_acquire lock;
     if (take_interrupt()) PyErr_SetNone(PyExc_KeyboardInterrupt);
     if (PyErr_Occurred() == nullptr && PyErr_CheckSignals() == 0) return;

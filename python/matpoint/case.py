@@ -81,6 +81,8 @@ class Case:
     name: str
 
     def __init__(self, name: str = "case", **sections: Any) -> None:
+        if not isinstance(name, str):
+            raise _core.InputError(f"Case: name = {name!r} is not allowed, it must be a string")
         object.__setattr__(self, "name", name)
         object.__setattr__(self, "_data", {})
         for key, value in sections.items():
@@ -95,6 +97,8 @@ class Case:
             raise _core.InputError(f'Case: unknown section "{key}"; known: {", ".join(known)}')
         if key in _LISTS and isinstance(value, Mapping):
             value = [value]
+        if key in _LISTS and not (isinstance(value, (list, tuple)) and all(isinstance(item, Mapping) for item in value)):
+            raise _core.InputError(f"Case: {key} = {value!r} is not allowed: give one {key.capitalize()}(...), or a list of them")
         self._data[key] = part_of(key, list(value) if key in _LISTS else value)
 
     def __getattr__(self, key: str) -> Any:
@@ -140,7 +144,7 @@ class Case:
         Raises:
             InputError: The file is no valid case; the text names the line, the value and what is allowed.
         """
-        name, data = _core.load_case(str(source), list(sets))
+        name, data = _core.load_case(str(source), [sets] if isinstance(sets, str) else list(sets))
         return cls(name, **data)
 
     def to_toml(self, path: str | Path | None = None) -> str:
@@ -157,9 +161,22 @@ class Case:
         return text
 
     def resolved(self) -> dict[str, Any]:
-        """All values with their defaults, as `matpoint check` prints them. Raises InputError."""
+        """All values with their defaults, as `matpoint check` prints them; functions and arrays of points as text. Raises InputError."""
+        data = self._resolve()
+        for key in ("body", "boundary"):
+            for said, given in zip(data.get(key, []), self._data.get(key, [])):
+                said.update({name: text for name in ("region", "velocity", "layout") if (text := _text_of(name, given.get(name)))})
+        return data
+
+    def _resolve(self) -> dict[str, Any]:
         data: dict[str, Any] = _core.resolve(self._placeholders(), self.name)
         return data
+
+    def __copy__(self) -> Case:
+        return self.copy()
+
+    def __deepcopy__(self, memo: object) -> Case:
+        return self.copy()
 
     def copy(self) -> Case:
         """A case that can be changed without changing this one; functions are shared."""
@@ -203,7 +220,7 @@ class Case:
         """The data as the core takes it, functions and all. Raises InputError."""
         data = dict(self._data)
         dim = int(self.dim)
-        grid: dict[str, Any] = self.resolved()["grid"]
+        grid: dict[str, Any] = self._resolve()["grid"]
         data["body"] = [_body_to_core(body, dim) for body in self._data.get("body", [])]
         boundaries = []
         for number, boundary in enumerate(self._data.get("boundary", []), start=1):
@@ -272,6 +289,17 @@ def _without_functions(table: Mapping[str, Any], dim: int) -> dict[str, Any]:
     return plain
 
 
+def _text_of(key: str, value: Any) -> str:
+    """How a function or an array is said in words; nothing for what a case file can say."""
+    if isinstance(value, Where):
+        return f"chosen by {value!r}"
+    if key == "velocity" and callable(value):
+        return f"the function {name_of(value)}"
+    if key == "layout" and _has_arrays(value):
+        return f"{len(value['positions'])} points from an array"
+    return ""
+
+
 def _has_arrays(layout: Any) -> bool:
     return isinstance(layout, Mapping) and layout.get("type") == "points" and isinstance(layout.get("positions"), np.ndarray)
 
@@ -283,6 +311,9 @@ def _body_to_core(body: Mapping[str, Any], dim: int) -> dict[str, Any]:
     if isinstance(region, Where):
         if region.lower is None or region.upper is None:
             raise _core.InputError(f"{where}: region: {region!r} needs lower and upper, the corners of a box around it, to fill it")
+        for corner in (region.lower, region.upper):
+            if np.shape(corner) != (dim,):
+                raise _core.InputError(f"{where}: region: {region!r}: the corner {corner!r} must have {dim} numbers")
 
         def contains(position: Floats, chosen: Where = region) -> bool:
             return bool(chosen.mask(position)[0])

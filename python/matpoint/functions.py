@@ -20,7 +20,8 @@ def positional_count(function: Callable[..., Any]) -> int:
         parameters = inspect.signature(function).parameters.values()
     except (TypeError, ValueError):
         return 1
-    return sum(p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD) and p.default is p.empty for p in parameters)
+    positional = [p for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
+    return sum(p.default is p.empty or p.name in ("t", "time") for p in positional)
 
 
 def name_of(function: Callable[..., Any]) -> str:
@@ -58,7 +59,7 @@ class Where:
     def mask(self, positions: Floats) -> NDArray[np.bool_]:
         """Which of the positions [m], shape (n, dim), are in the region: shape (n,). Raises InputError."""
         if self.each:
-            return np.fromiter((bool(self.predicate(x)) for x in positions), dtype=bool, count=len(positions))
+            return np.array([self._truth(np.asarray(self.predicate(x))) for x in positions], dtype=bool)
         chosen = np.asarray(self.predicate(positions))
         if chosen.shape == () and len(positions) == 1:
             chosen = chosen.reshape(1)
@@ -67,7 +68,12 @@ class Where:
                 f"{self!r}: the predicate gave an array of shape {chosen.shape} for {len(positions)} positions of shape "
                 f"{positions.shape}; it must give ({len(positions)},), or take one position at a time with each=True"
             )
-        return chosen.astype(bool)
+        return self._truth(chosen)
+
+    def _truth(self, chosen: NDArray[Any]) -> NDArray[np.bool_]:
+        if chosen.dtype != np.bool_:
+            raise _core.InputError(f"{self!r}: the predicate gave {chosen.dtype} numbers; it must give truth values, e.g. x[:, 1] < 0.1")
+        return chosen
 
 
 class FunctionLaw:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import weakref
 from collections.abc import Callable, Iterator, Mapping
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
     import pandas
     import pyvista
 
+# A process forked from one whose threads have worked has none of them, and would wait for them for ever.
+os.register_at_fork(after_in_child=lambda: _core.set_threads(1))
+
 
 def set_threads(count: int) -> None:
     """Threads for all simulations from now on; 0 takes all processors. Results are the same bits for any number.
@@ -27,7 +31,7 @@ def set_threads(count: int) -> None:
     Raises:
         InputError: The count is negative or above 1024.
     """
-    if not 0 <= count <= 1024:
+    if not isinstance(count, (int, np.integer)) or not 0 <= count <= 1024:
         raise _core.InputError(f"set_threads: {count} is not allowed: give 1 to 1024, or 0 for all processors")
     _core.set_threads(count)
 
@@ -133,7 +137,15 @@ class BodyState:
         return array
 
     def __getitem__(self, name: str) -> FieldArray:
+        if not isinstance(name, str):
+            raise _core.InputError(f'body "{self._name}": {name!r} is no name of a field; it has {", ".join(self.fields)}')
         return self.field(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.fields)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.fields
 
     def assign(self, name: str, values: ArrayLike) -> None:
         """Assigns a field of all particles.
@@ -321,7 +333,7 @@ class Simulation:
         self._case = case.copy()
         self._core = _core.Simulation(self._case._to_core(), self._case.name)
         self._callbacks: list[Callable[[Simulation], object]] = []
-        self._grid = GridState(self, self._core.resolved()["grid"])
+        self._resolved_grid = self._core.resolved()["grid"]
         for index, body in enumerate(self._case.body):
             velocity = body.get("velocity")
             if callable(velocity):
@@ -371,7 +383,7 @@ class Simulation:
     @property
     def grid(self) -> GridState:
         """The background grid."""
-        return self._grid
+        return GridState(self, self._resolved_grid)
 
     @property
     def history(self) -> History:
@@ -398,8 +410,11 @@ class Simulation:
             KeyboardInterrupt: Ctrl-C; files are complete up to the present time.
             Exception: Whatever a function of the case or a callback raises, unchanged; files are intact.
         """
-        if until is not None and not (0 < float(until) < float("inf")):
-            raise _core.InputError(f"run: until = {until} is not allowed, it must be a positive time [s]")
+        if until is not None:
+            if isinstance(until, (str, bytes)) or not np.isscalar(until) or not (0 < float(until) < float("inf")):
+                raise _core.InputError(f"run: until = {until!r} is not allowed, it must be a positive time [s]")
+            if float(until) < self.time * (1 - 1e-12):
+                raise _core.InputError(f"run: until = {until} s is before the present time, {self.time} s")
         if output is not None:
             if self.step_count > 0 or self._core.has_results():
                 raise _core.InputError("run: output can be given to the first run of a simulation only; later runs go on writing there")
@@ -416,9 +431,9 @@ class Simulation:
             InputError: The count is negative.
             SolverError: As for `run`.
         """
-        if count < 0:
-            raise _core.InputError(f"step: count = {count} is not allowed, it must be >= 0")
-        self._core.step(count)
+        if not isinstance(count, (int, np.integer)) or count < 0:
+            raise _core.InputError(f"step: count = {count!r} is not allowed, it must be an integer >= 0")
+        self._core.step(int(count))
 
     def record(self) -> None:
         """Adds the present state to the history, e.g. after `step`."""
@@ -442,12 +457,12 @@ class Simulation:
 
         Example:
             @simulation.every(time=0.01)
-            def stop_when_slow(simulation): return simulation.bodies["ball"].velocity[:, 1].max() > 0.1
+            def stop_when_slow(now): return now.time < 0.1 or abs(now.bodies["ball"].velocity).max() > 0.1
         """
         if steps is not None and time is not None:
             raise _core.InputError("every: steps and time are both given; give one of them")
-        if steps is not None and steps < 1:
-            raise _core.InputError(f"every: steps = {steps} is not allowed, it must be >= 1")
+        if steps is not None and (not isinstance(steps, (int, np.integer)) or steps < 1):
+            raise _core.InputError(f"every: steps = {steps!r} is not allowed, it must be an integer >= 1")
         if time is not None and not time > 0:
             raise _core.InputError(f"every: time = {time} is not allowed, it must be > 0 [s]")
         if function is None:
@@ -463,8 +478,22 @@ class Simulation:
         return function
 
     def __repr__(self) -> str:
-        bodies = ", ".join(f"{name} ({len(body)} particles)" for name, body in self.bodies.items())
+        try:
+            bodies = ", ".join(f"{name} ({len(body)} particles)" for name, body in self.bodies.items())
+        except _core.InputError:  # in the middle of a step
+            return f"<simulation of {self._case.name}: running>"
         return f"<simulation of {self._case.name}: t = {self.time:.6g} s, step {self.step_count}, {bodies}>"
+
+    def __copy__(self) -> Simulation:
+        raise _core.InputError(
+            "a simulation cannot be copied; build its case again, and assign position, velocity and deformation_gradient"
+        )
+
+    def __deepcopy__(self, memo: object) -> Simulation:
+        return self.__copy__()
+
+    def __reduce__(self) -> str:
+        raise _core.InputError("a simulation cannot be pickled; pickle its case, or write results (run(output=...))")
 
     def _repr_png_(self) -> bytes:
         from matpoint import plot
@@ -527,7 +556,8 @@ class _Progress:
 
     def __exit__(self, *_: object) -> None:
         self._installed[self._simulation][0] = None
-        print(f"\r100.0 %  t = {self._simulation.time:.4g} s  step {self._simulation.step_count}" + " " * 20, flush=True)
+        share = (self._simulation.time - self._begin) / max(self._end - self._begin, 1e-300)
+        print(f"\r{100 * share:5.1f} %  t = {self._simulation.time:.4g} s  step {self._simulation.step_count}" + " " * 20, flush=True)
 
 
 __all__ = ["BodyState", "FieldArray", "GridState", "History", "Simulation", "set_threads", "threads"]

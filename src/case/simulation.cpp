@@ -95,6 +95,8 @@ bool Simulation::has_reached(Real event) const {
 
 void Simulation::step(Real latest) {
   if (!broken_.empty()) throw SolverError("the simulation broke off in {}; its state is of no use any more, build it again", broken_);
+  if (particle_left_)
+    throw SolverError("t = {:.8g} s: a particle has left the grid, and particles_outside = \"stop\" ends the simulation there", time_);
   Real dt = next_dt();
   bool ends_at_latest = false;
   if (!case_.time.dt && time_ + dt >= latest * (1 - 1e-14)) {
@@ -123,6 +125,7 @@ void Simulation::handle_escapes() {
     case OutsidePolicy::remove: solver_->remove_escaped(); break;
     case OutsidePolicy::stop: particle_left_ = true; break;
     case OutsidePolicy::error: {
+      broken_ = fmt::format("step {}", step_);
       const Escape& escape = solver_->escapes().front();
       const auto point = [&](const Vec3& x) { return fmt::format("({:.6g})", fmt::join(x.begin(), x.begin() + solver_->dim(), ", ")); };
       throw SolverError(
@@ -164,6 +167,7 @@ RunEnd Simulation::run(ResultsFolder* results, std::optional<Real> until, const 
     write_history(results);
     if (results != nullptr) results->write_fields(*this);
   }
+  if (particle_left_) return RunEnd::particle_left;
   RunEnd ending = step_ > 0 || call_back() ? RunEnd::finished : RunEnd::stopped_by_callback;
   while (ending == RunEnd::finished && !has_reached(end)) {
     step(std::min({end, history.next(), fields.next()}));

@@ -83,12 +83,29 @@ BoundaryConditions<Dim, R>::BoundaryConditions(const std::vector<BoundarySpec>& 
   }
 }
 
+/// Where a condition holds at a node: the node's place, or that of its image on the other side of a periodic direction, for they are one.
 template <int Dim, class R>
-bool BoundaryConditions<Dim, R>::holds_at(std::size_t condition, const Grid<Dim, R>& grid, const Place<Dim>& node) const {
+std::optional<Vec3> BoundaryConditions<Dim, R>::place_in(std::size_t condition, const Grid<Dim, R>& grid, const Place<Dim>& node) const {
   const BoundarySpec& spec = specs_[condition];
-  if (spec.region) return spec.region->contains(widened<Dim>(grid.node_position(node)));
-  const Side side = side_of(spec.side);
-  return node[static_cast<std::size_t>(side.axis)] == (side.is_upper ? grid.cells(side.axis) : 0);
+  for (int images = 0; images < 1 << Dim; ++images) {
+    Place<Dim> image = node;
+    bool exists = true;
+    for (int d = 0; d < Dim; ++d) {
+      if ((images >> d & 1) == 0) continue;
+      int& i = image[static_cast<std::size_t>(d)];
+      exists = exists && grid.is_periodic(d) && (i == 0 || i == grid.cells(d));
+      i = grid.cells(d) - i;
+    }
+    if (!exists) continue;
+    const Vec3 x = widened<Dim>(grid.node_position(image));
+    if (spec.region) {
+      if (spec.region->contains(x)) return x;
+    } else {
+      const Side side = side_of(spec.side);
+      if (image[static_cast<std::size_t>(side.axis)] == (side.is_upper ? grid.cells(side.axis) : 0)) return x;
+    }
+  }
+  return std::nullopt;
 }
 
 template <int Dim, class R>
@@ -110,7 +127,7 @@ bool BoundaryConditions<Dim, R>::has_node(std::size_t condition, const Grid<Dim,
   }
   Place<Dim> node = first;
   while (true) {
-    if (holds_at(condition, grid, node)) return true;
+    if (place_in(condition, grid, node)) return true;
     std::size_t d = 0;
     while (d < Dim && node[d] == last[d]) {
       node[d] = first[d];
@@ -128,7 +145,8 @@ void BoundaryConditions<Dim, R>::append(const Grid<Dim, R>& grid, const Place<Di
   std::fill_n(condition_of, Dim, -1);
   std::vector<Vec<Dim>> oblique;
   for (std::size_t c = 0; c < specs_.size(); ++c) {
-    if (!holds_at(c, grid, node)) continue;
+    const std::optional<Vec3> place = place_in(c, grid, node);
+    if (!place) continue;
     const BoundarySpec& spec = specs_[c];
     const int condition = static_cast<int>(c);
     if (spec.kind != BoundaryKind::slip) {
@@ -140,7 +158,7 @@ void BoundaryConditions<Dim, R>::append(const Grid<Dim, R>& grid, const Place<Di
     } else if (spec.region == nullptr) {
       condition_of[side_of(spec.side).axis] = condition;
     } else {
-      for (const Vec3& normal : spec.region->normals(widened<Dim>(grid.node_position(node)), Dim)) {
+      for (const Vec3& normal : spec.region->normals(*place, Dim)) {
         const int axis = axis_of<Dim>(normal);
         Vec<Dim> n;
         std::copy_n(normal.begin(), Dim, n.begin());

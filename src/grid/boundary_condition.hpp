@@ -4,6 +4,7 @@
 // their momentum near a wall; the other form, a = (value - v_old)/dt, gives other numbers than the published ones.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "grid/grid.hpp"
@@ -35,7 +36,7 @@ class BoundaryConditions {
   Real greatest_speed(Real t) const;
 
  private:
-  bool holds_at(std::size_t condition, const Grid<Dim, R>& grid, const Place<Dim>& node) const;
+  std::optional<Vec3> place_in(std::size_t condition, const Grid<Dim, R>& grid, const Place<Dim>& node) const;
   bool has_node(std::size_t condition, const Grid<Dim, R>& grid) const;
   void constrain_normals(Tile<Dim, R>& tile, const NodalDynamics<Dim>& dynamics, Real dt, Ledger& ledger) const;
 

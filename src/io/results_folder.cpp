@@ -104,8 +104,10 @@ void ResultsFolder::check_folder() const {
   if (error) throw InputError("cannot create results folder \"{}\": {}", path_.string(), error.message());
   if (is_empty) return;
   if (existing_ == ExistingFolder::refuse) {
-    throw InputError("results folder \"{}\" exists and is not empty; give --overwrite to replace it, or another folder with --out",
-                     path_.string());
+    throw InputError(
+        "results folder \"{}\" exists and is not empty; give --overwrite (overwrite=True) to replace it, or another folder with --out "
+        "(output=...)",
+        path_.string());
   }
   if (!fs::exists(path_ / k_manifest, error)) {
     throw InputError(

@@ -1,5 +1,6 @@
 """The Python API: cases, simulations, fields, functions, callbacks, errors."""
 
+import copy
 import gc
 import os
 import signal
@@ -93,6 +94,10 @@ def test_check_tells_what_a_run_would_be():
             {"boundary": mp.Boundary(region=mp.Where(lambda x: x[:, 0] > 5), kind="fixed")},
             "boundary 1: region: .* chooses none of the 81 nodes",
         ),
+        (
+            {"boundary": mp.Boundary(region=mp.Where(lambda x: x[:, 1] - 0.1), kind="fixed")},
+            "gave float64 numbers; it must give truth values",
+        ),
         ({"boundary": mp.Boundary(region=mp.Where(lambda x: True), kind="fixed")}, r"predicate gave an array of shape \(\) for 81"),
         ({"boundary": mp.Boundary(region=mp.Where(lambda x: x[:, 0] < 1), kind="slip")}, 'kind = "slip" needs a region with one surface'),
         ({"boundary": mp.Boundary(side="left", kind="velocity", velocity=lambda t: 1.0)}, "it must give 2 finite numbers"),
@@ -139,6 +144,27 @@ def test_wrong_names_offer_the_right_one():
 def test_a_function_has_no_place_in_a_case_file():
     with pytest.raises(mp.InputError, match=r"boundary\[0\].velocity = .*<lambda> is a Python function"):
         block(boundary=mp.Boundary(side="left", kind="velocity", velocity=lambda t: (0, 0))).to_toml()
+
+
+def test_looking_at_a_case_does_not_change_it_and_copies_are_independent():
+    positions = np.full((3, 2), 0.5)
+    a = block(body=mp.Body(name="p", layout=mp.Points(positions=positions, volumes=1e-3), material=block().body[0].material))
+    b = a.copy()
+    assert a == b and a.solver == {} and a == b and a == copy.copy(a) and a == copy.deepcopy(a)
+    b.body[0].layout.positions += 0.1
+    assert a != b and a.body[0].layout.positions.max() == 0.5
+    assert a.resolved()["body"][0]["layout"] == "3 points from an array"
+    functions = block(boundary=mp.Boundary(region=mp.Where(lambda x: x[:, 0] < 1), kind="velocity", velocity=lambda t: (0, 0)))
+    said = functions.resolved()["boundary"][0]
+    assert "chosen by Where" in said["region"] and "the function" in said["velocity"]
+    with pytest.raises(mp.InputError, match="cannot be copied"):
+        copy.copy(a.build())
+
+
+@pytest.mark.parametrize("wrong", [{"body": None}, {"body": "x"}, {"boundary": None}, {"probe": [1]}])
+def test_lists_of_sections_hold_sections(wrong):
+    with pytest.raises(mp.InputError, match="is not allowed: give one"):
+        block(**wrong)
 
 
 # --- fields --------------------------------------------------------------------------------------------------------------
@@ -201,6 +227,11 @@ def test_assigning_a_part_assigns_that_part_only():
     body.velocity[:, 0] += 1.0
     body.velocity *= 2.0
     np.testing.assert_allclose(body.velocity[:3], [[16, 16], [16, 16], [2, 6e-3 * FALL]], rtol=1e-12)
+    free = body.velocity.copy()
+    free[0] = 99.0
+    zeros = np.zeros_like(body.velocity)
+    zeros[1] = 1.0
+    assert body.velocity.max() < 99 and zeros.sum() == 2
     assert type(body.velocity + 1) is np.ndarray and type(body.velocity[0]) is np.ndarray
 
 
@@ -241,6 +272,46 @@ def test_assigned_positions_move_the_particles_to_other_cells():
     simulation.step()
     center = (simulation.grid.mass @ simulation.grid.position) / 250
     np.testing.assert_allclose(center, target.mean(axis=0), rtol=1e-12)
+
+
+def test_positions_on_the_far_side_stay_inside_where_division_rounds_up():
+    for cells in (49, 75):
+        simulation = block(
+            gravity=[0, 0],
+            grid=mp.Grid(upper=(0.1, 1), cells=(cells, 8)),
+            body=mp.Body(
+                name="block",
+                region=mp.Box(lower=(0.02, 0.25), upper=(0.08, 0.75)),
+                layout=mp.PerCell(count=4),
+                material=mp.NeoHookean(density=1000, youngs_modulus=1e5, poissons_ratio=0.3),
+            ),
+        ).build()
+        body = simulation.bodies["block"]
+        body.position[0] = [0.1, 0.5]
+        assert body.position[0, 0] == 0.1
+        body.position[1] = [0.0, 0.5]  # assigns all others as they are
+        simulation.step()
+        assert len(body) == len(body.position)
+
+
+def test_a_boundary_at_one_image_of_a_periodic_side_holds_at_both():
+    for lower, upper in ((0.95, 1.0), (0.0, 0.05)):
+        case = block(
+            gravity=[0, 0],
+            grid=mp.Grid(upper=(1, 1), cells=(10, 10), periodic=["x"]),
+            time=mp.Time(end=0.05),
+            boundary=mp.Boundary(region=mp.Box(lower=(lower, 0), upper=(upper, 1)), kind="fixed"),
+        )
+        case.body[0].region = mp.Box(lower=(0, 0.2), upper=(1, 0.8))
+        case.body[0].velocity = mp.UniformVelocity(value=[1.0, 0.0])
+        simulation = case.build()
+        simulation.run()
+        history = simulation.history
+        expected = history["momentum_x"][0] + history["boundary_impulse_x"] + history["cutoff_impulse_x"]
+        np.testing.assert_allclose(history["momentum_x"], expected, atol=1e-9 * history["momentum_x"][0])
+        nodes = simulation.grid.velocity.reshape(11, 11, 2)
+        np.testing.assert_array_equal(nodes[:, 0], nodes[:, -1])
+        assert history["boundary_impulse_x"][-1] < -1
 
 
 def test_an_assigned_deformation_gives_its_stress_and_energy():
@@ -415,10 +486,16 @@ def test_ctrl_c_ends_the_run_with_everything_written(tmp_path):
             print("interrupted at", simulation.step_count)
         """
     )
-    process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
-    assert process.stdout.readline() == "running\n"
-    process.send_signal(signal.SIGINT)
-    output = process.communicate(timeout=30)[0]
+    # A test runner in the background ignores SIGINT, and so would its children.
+    process = subprocess.Popen(
+        [sys.executable, "-c", script], stdout=subprocess.PIPE, text=True, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)
+    )
+    try:
+        assert process.stdout.readline() == "running\n"
+        process.send_signal(signal.SIGINT)
+        output = process.communicate(timeout=30)[0]
+    finally:
+        process.kill()
     assert output.startswith("interrupted at") and process.returncode == 0
     results = mp.results.open(tmp_path / "r")
     assert results.manifest["status"] == "interrupted"
@@ -449,6 +526,77 @@ def test_watching_a_run_does_not_change_it():
     watched.run()
     alone.run()
     assert same_bits(watched, alone)
+
+
+def test_numpy_truth_values_of_callbacks_count_and_callbacks_may_add_callbacks():
+    simulation = block().build()
+    added = []
+
+    @simulation.every(steps=5)
+    def first(now):
+        now.every(lambda later: added.append(later.step_count), steps=100)
+        return np.bool_(now.step_count < 10)
+
+    assert simulation.run() == "stopped" and simulation.step_count == 10
+    assert added == [0]
+
+
+def test_a_run_leaves_no_room_for_others():
+    simulation = block(gravity=[0, 0], time=mp.Time(dt=1e-5, end=10.0)).build()
+    told = []
+
+    def other():
+        for attempt in (lambda: simulation.bodies["block"].velocity, lambda: simulation.step(), lambda: simulation.history):
+            try:
+                attempt()
+            except mp.InputError as error:
+                told.append(str(error))
+        told.append(repr(simulation))
+
+    @simulation.every(steps=2000)
+    def check(now):
+        with pytest.raises(mp.InputError, match="the simulation is running"):
+            now.run()
+        with pytest.raises(mp.InputError, match="the simulation is running"):
+            now.step()
+        now.bodies["block"].velocity = np.array(now.bodies["block"].velocity)
+        return now.time < 0.2
+
+    thread = threading.Timer(0.05, other)
+    thread.start()
+    simulation.run()
+    thread.join()
+    assert len(told) == 4 and all("in the middle of a step" in text or "is running" in text for text in told[:3]), told
+
+
+def test_a_function_that_fails_in_a_step_ends_the_simulation():
+    fails = False
+
+    def law(F):
+        if fails:
+            raise ValueError("told by the law")
+        return 0 * F
+
+    case = block()
+    case.body[0].material = mp.FunctionLaw(law, density=1000, wave_speed=10.0)
+    simulation = case.build()
+    simulation.step(3)
+    fails = True
+    with pytest.raises(ValueError, match="told by the law"):
+        simulation.step()
+    assert simulation.bodies["block"].position.min() > 0.2
+    with pytest.raises(mp.SolverError, match="broke off in the middle of step 4"):
+        simulation.step()
+
+
+def test_a_particle_that_left_ends_the_simulation_there():
+    fast = {**block().body[0], "velocity": mp.UniformVelocity(value=[60.0, 0.0])}
+    simulation = block(body=fast, grid=mp.Grid(upper=(1, 1), cells=(8, 8), particles_outside="stop")).build()
+    assert simulation.run() == "stopped (a particle left the grid)"
+    steps = simulation.step_count
+    assert simulation.run() == "stopped (a particle left the grid)" and simulation.step_count == steps
+    with pytest.raises(mp.SolverError, match="has left the grid"):
+        simulation.step()
 
 
 def test_an_exception_of_a_callback_arrives_unchanged_and_the_files_are_intact(tmp_path):
@@ -605,12 +753,11 @@ def test_errors_of_a_law_in_python_arrive_unchanged():
 
     case = block()
     case.body[0].material = mp.FunctionLaw(fails, density=1000, wave_speed=10.0)
-    simulation = case.build()
-    with pytest.raises(ZeroDivisionError, match="in the law"):
-        simulation.step()
+    with pytest.raises(ZeroDivisionError, match="in the law"):  # the stress of the start is asked for
+        case.build()
     case.body[0].material = mp.FunctionLaw(lambda F: F[0], density=1000, wave_speed=10.0)
     with pytest.raises(mp.InputError, match=r"stresses of shape \(3, 3\), it must be"):
-        case.build().step()
+        case.build()
     for wrong in ({"density": 0}, {"wave_speed": -1}, {"kinematic_viscosity": -1}, {"history_size": -1}):
         case.body[0].material = mp.FunctionLaw(fails, **{"density": 1.0, "wave_speed": 1.0, **wrong})
         with pytest.raises(mp.InputError, match=f"function law: {next(iter(wrong))}"):

@@ -147,8 +147,9 @@ TEST_F(ResultsFolderTest, a_step_is_written_once) {
 TEST_F(ResultsFolderTest, earlier_results_are_refused_and_stay) {
   run();
   const std::string history = read_text(path / "history.csv");
-  EXPECT_EQ(refusal(), "results folder \"" + path.string() +
-                           "\" exists and is not empty; give --overwrite to replace it, or another folder with --out");
+  EXPECT_EQ(refusal(),
+            "results folder \"" + path.string() +
+                "\" exists and is not empty; give --overwrite (overwrite=True) to replace it, or another folder with --out (output=...)");
   EXPECT_EQ(read_text(path / "history.csv"), history);
 }
 
