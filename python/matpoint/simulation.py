@@ -411,7 +411,7 @@ class Simulation:
             Exception: Whatever a function of the case or a callback raises, unchanged; files are intact.
         """
         if until is not None:
-            if isinstance(until, (str, bytes)) or not np.isscalar(until) or not (0 < float(until) < float("inf")):
+            if not isinstance(until, (int, float, np.integer, np.floating)) or not (0 < float(until) < float("inf")):
                 raise _core.InputError(f"run: until = {until!r} is not allowed, it must be a positive time [s]")
             if float(until) < self.time * (1 - 1e-12):
                 raise _core.InputError(f"run: until = {until} s is before the present time, {self.time} s")
