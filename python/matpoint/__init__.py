@@ -34,27 +34,13 @@ if TYPE_CHECKING:
     from matpoint.parts import *  # noqa: F403
     from matpoint.results import Results as Results
     from matpoint.results import ResultsError as ResultsError
-    from matpoint.simulation import (
-        BodyState as BodyState,
-    )
-    from matpoint.simulation import (
-        FieldArray as FieldArray,
-    )
-    from matpoint.simulation import (
-        GridState as GridState,
-    )
-    from matpoint.simulation import (
-        History as History,
-    )
-    from matpoint.simulation import (
-        Simulation as Simulation,
-    )
-    from matpoint.simulation import (
-        set_threads as set_threads,
-    )
-    from matpoint.simulation import (
-        threads as threads,
-    )
+    from matpoint.simulation import History as History
+    from matpoint.simulation import Simulation as Simulation
+    from matpoint.simulation import set_threads as set_threads
+    from matpoint.simulation import threads as threads
+    from matpoint.state import BodyState as BodyState
+    from matpoint.state import FieldArray as FieldArray
+    from matpoint.state import GridState as GridState
 
 # Where the names come from. Imported on first use: reading and drawing results then needs no core, and running no matplotlib.
 _homes = {
@@ -68,9 +54,9 @@ _homes = {
     "Where": "functions",
     "Results": "results",
     "ResultsError": "results",
-    "BodyState": "simulation",
-    "FieldArray": "simulation",
-    "GridState": "simulation",
+    "BodyState": "state",
+    "FieldArray": "state",
+    "GridState": "state",
     "History": "simulation",
     "Simulation": "simulation",
     "set_threads": "simulation",

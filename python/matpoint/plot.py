@@ -25,7 +25,7 @@ import io
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, cast
+from typing import TYPE_CHECKING, Any, ParamSpec
 
 try:
     import h5py  # noqa: F401  (results.py reads with it; its absence shall be said here, in words)
@@ -47,13 +47,28 @@ if __name__ == "__main__":
     matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-from matpoint.results import BodyFields, Floats, Results, ResultsError, did_you_mean, scalar_of
+from matpoint.results import BodyFields, Floats, Results, ResultsError, did_you_mean
+from matpoint.scene import (
+    LiveBody,
+    Particles,
+    Scene,
+    choose_times,
+    common_count,
+    default_fields,
+    grid_box,
+    panel_grid,
+    particle_size,
+    points_of,
+    project,
+    scene_of,
+)
 
 if TYPE_CHECKING:
     import pyvista
     from matplotlib.axes import Axes
 
-    from matpoint.simulation import BodyState, History, Simulation
+    from matpoint.simulation import History, Simulation
+    from matpoint.state import BodyState
 
 STYLE: Any = {
     "figure.dpi": 150,
@@ -70,7 +85,6 @@ STYLE: Any = {
 }
 # Okabe & Ito (2008): colours that the colour-blind tell apart.
 COLORS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F7F7F"]
-PANELS = 6
 
 
 P = ParamSpec("P")
@@ -105,86 +119,6 @@ def outer_work(history: Mapping[str, Floats]) -> Floats:
     """Work of moving boundaries and of body forces other than gravity [J], shape (rows,)."""
     work = history["boundary_work"]
     return work + history["body_force_work"] if "body_force_work" in history else work
-
-
-class Particles(Protocol):
-    """The particles of one body at some times, from a file or from a simulation."""
-
-    name: str
-    times: Floats
-    names: list[str]
-    is_fluid: bool
-
-    def positions(self, index: int) -> Floats:
-        """Positions [m], shape (n, 3)."""
-
-    def field(self, name: str, index: int) -> Floats:
-        """A field, shape (n,) or (n, components)."""
-
-    def scalar(self, name: str, index: int) -> Floats:
-        """One number per particle."""
-
-
-class Scene(Protocol):
-    """What pictures of particles need to know of a results folder or a simulation."""
-
-    dim: int
-    title: str
-    case: Mapping[str, Any]
-
-    @property
-    def bodies(self) -> Mapping[str, Particles]:
-        """The bodies by name."""
-
-    def unit(self, field_name: str) -> str:
-        """Unit of a field."""
-
-
-class _LiveBody:
-    """A body of a simulation as pictures see it."""
-
-    def __init__(self, state: BodyState, time: float, is_fluid: bool) -> None:
-        self.name = state.name
-        self.times = np.array([time])
-        self.names = [name for name in state.fields if name != "position"]
-        self.is_fluid = is_fluid
-        self._state = state
-
-    def positions(self, index: int) -> Floats:
-        x = np.asarray(self._state.position)
-        return np.pad(x, ((0, 0), (0, 3 - x.shape[1])))
-
-    def field(self, name: str, index: int) -> Floats:
-        if name not in self.names:
-            raise ResultsError(f'body "{self.name}" has no field "{name}", it has: {", ".join(self.names)}{did_you_mean(name, self.names)}')
-        values = np.asarray(self._state.field(name))
-        if values.ndim == 3:
-            return values.reshape(len(values), 9)[:, [0, 4, 8, 1, 5, 2]] if name == "stress" else values.reshape(len(values), 9)
-        return np.pad(values, ((0, 0), (0, 1))) if values.ndim == 2 and values.shape[1] == 2 else values
-
-    def scalar(self, name: str, index: int) -> Floats:
-        return scalar_of(self, name, index)
-
-
-class _LiveScene:
-    """A simulation as pictures see it."""
-
-    units = {"velocity": "m/s", "stress": "Pa", "von_mises": "Pa", "pressure": "Pa", "mass": "kg", "volume": "m^3"}
-
-    def __init__(self, simulation: Simulation) -> None:
-        self.case = simulation._core.resolved()
-        self.dim = int(self.case["dim"])
-        self.title = str(self.case.get("title") or simulation.case.name)
-        fluids = {body["name"] for body in self.case["body"] if "viscosity" in body.get("material", {})}
-        self.bodies = {name: _LiveBody(state, simulation.time, name in fluids) for name, state in simulation.bodies.items()}
-
-    def unit(self, field_name: str) -> str:
-        return self.units.get(field_name, self.units.get(field_name.rpartition("_")[0], ""))
-
-
-def _scene_of(source: Results | Simulation) -> Scene:
-    scene: Any = source if isinstance(source, Results) else _LiveScene(source)
-    return cast(Scene, scene)
 
 
 def _history_of(source: Results | Simulation | History | Mapping[str, Floats]) -> Mapping[str, Floats]:
@@ -262,61 +196,6 @@ def probes(results: Results) -> Figure:
     return figure
 
 
-def common_count(bodies: Sequence[Particles]) -> int:
-    """How many times are written for all bodies. Raises ResultsError when there is none."""
-    if not bodies:
-        raise ResultsError('there are no fields of particles: the output.formats of the case must contain "vtkhdf"')
-    # A run that was killed between two bodies has written one time more for the first.
-    count = min(len(body.times) for body in bodies)
-    if count == 0:
-        raise ResultsError(f'body "{bodies[0].name}" has no fields yet: no time is written')
-    return count
-
-
-def choose_times(bodies: Sequence[Particles], wanted: Sequence[float] | None) -> list[int]:
-    """Indices of the written times that are nearest to the wanted ones; without these, a few evenly spaced.
-
-    Raises:
-        ResultsError: Nothing was written, or a wanted time is outside of what was.
-    """
-    count = common_count(bodies)
-    times = bodies[0].times[:count]
-    if wanted is None:
-        even = np.linspace(times[0], times[-1], PANELS)
-        return sorted({int(np.argmin(np.abs(times - t))) for t in even})
-    # Half an interval, because an output falls on the nearest step.
-    slack = 0.5 * (times[-1] - times[0]) / max(1, count - 1) + 1e-12
-    for t in wanted:
-        if not times[0] - slack <= t <= times[-1] + slack:
-            raise ResultsError(f"time {t:g} s was not written: the fields cover {times[0]:g} to {times[-1]:g} s")
-    return sorted({int(np.argmin(np.abs(times - t))) for t in wanted})
-
-
-def default_fields(bodies: Sequence[Particles]) -> list[str]:
-    """Von Mises stress if there is a solid, pressure if there is a fluid; what the files have if they have neither."""
-    wanted = (["von_mises"] if any(not b.is_fluid for b in bodies) else []) + (["pressure"] if any(b.is_fluid for b in bodies) else [])
-    present = [name for name in wanted if all(name in body.names for body in bodies)]
-    if present:
-        return present
-    return [name for name in ("velocity", "J", "body", "id") if all(name in body.names for body in bodies)][:1]
-
-
-def particle_size(body: Particles, dim: int) -> float:
-    """Edge [m] of the square or cube that a particle stands for."""
-    if "volume" in body.names:
-        return float(np.median(body.field("volume", 0)) ** (1 / dim))
-    positions = body.positions(0)[:, :dim]
-    extent = np.maximum(np.ptp(positions, axis=0), 1e-12)
-    return float((np.prod(extent) / len(positions)) ** (1 / dim))
-
-
-def grid_box(scene: Scene) -> tuple[Floats, Floats]:
-    """Corners [m] of the grid, each of shape (dim,)."""
-    grid = scene.case["grid"]
-    lower = np.array(grid.get("lower", [0.0] * scene.dim), dtype=float)
-    return lower, np.array(grid["upper"], dtype=float)
-
-
 def color_scale(values: Floats) -> tuple[Normalize, str, str]:
     """Norm, colour map and the `extend` of the colour bar for values of one sign or of both.
 
@@ -340,17 +219,6 @@ def color_scale(values: Floats) -> tuple[Normalize, str, str]:
     return Normalize(low, high), "viridis", extend
 
 
-def panel_grid(count: int, aspect: float) -> tuple[int, int]:
-    """Rows and columns for panels of the given height / width: about 1.6 times as wide as high as a whole, with few empty places."""
-
-    def badness(columns: int) -> float:
-        rows = -(-count // columns)
-        return float(abs(np.log(1.6 * aspect * rows / columns)) + (rows * columns - count) / count)
-
-    columns = min(range(1, count + 1), key=badness)
-    return -(-count // columns), columns
-
-
 def draw_particles(axes: Axes, scene: Scene, index: int, field: str, norm: Normalize, cmap: str | Colormap) -> list[tuple[Any, float]]:
     """Draws all bodies at one written time. Returns the scatters with their particle sizes [m]."""
     drawn = []
@@ -360,28 +228,6 @@ def draw_particles(axes: Axes, scene: Scene, index: int, field: str, norm: Norma
         scatter = axes.scatter(points[:, 0], points[:, 1], c=values, norm=norm, cmap=cmap, marker=marker, linewidths=0, rasterized=True)
         drawn.append((scatter, particle_size(body, scene.dim)))
     return drawn
-
-
-def points_of(body: Particles, index: int, field: str, dim: int) -> tuple[Floats, Floats]:
-    """Places in the picture's plane [m], shape (n, 2), and values, shape (n,), in the order in which they are to be drawn."""
-    positions = body.positions(index)
-    values = body.scalar(field, index)
-    if dim == 3:
-        # Far ones first: the view is the standard isometric one of project().
-        order = np.argsort(positions @ np.array([1.0, 1.0, 1.0]))
-        positions, values = positions[order], values[order]
-    return project(positions, dim), values
-
-
-def project(positions: Floats, dim: int) -> Floats:
-    """Positions in the picture's plane [m], shape (n, 2): x and y in 2D, an isometric view with y upward in 3D.
-
-    The viewer is at (1, 1, 1): x comes to the front on the right, z on the left.
-    """
-    if dim == 2:
-        return positions[:, :2]
-    x, y, z = positions[:, 0], positions[:, 1], positions[:, 2]
-    return np.stack([(x - z) / np.sqrt(2), np.sqrt(2 / 3) * y - (x + z) / np.sqrt(6)], axis=1)
 
 
 def draw_grid_box(axes: Axes, scene: Scene) -> None:
@@ -413,7 +259,7 @@ def particles(source: Results | Simulation, field: str | None = None, times: Seq
     Raises:
         ResultsError: A body lacks the field, or a time was not written.
     """
-    scene = _scene_of(source)
+    scene = scene_of(source)
     bodies = list(scene.bodies.values())
     indices = choose_times(bodies, times)
     field = field or (default_fields(bodies) or ["body"])[0]
@@ -475,7 +321,7 @@ def size_markers(figure: Figure, drawn: list[tuple[Any, Any, float]]) -> None:
 
 def _title_of(source: Any, what: str = "") -> str:
     """The case's title, or its name; nothing for a bare history."""
-    title = "" if isinstance(source, Mapping) else _scene_of(source).title
+    title = "" if isinstance(source, Mapping) else scene_of(source).title
     return f"{title}: {what}" if what and title else title or what
 
 
@@ -500,7 +346,7 @@ def profile(
     Raises:
         ResultsError: A body, field, direction or time does not exist.
     """
-    scene = _scene_of(source)
+    scene = scene_of(source)
     if along not in tuple("xyz"[: scene.dim]):
         raise ResultsError(f'along = "{along}" is not allowed, it must be one of {", ".join("xyz"[: scene.dim])}')
     for name in bodies or []:
@@ -594,7 +440,7 @@ def to_pyvista(body: BodyState | BodyFields, index: int = -1) -> pyvista.PolyDat
     """
     import pyvista
 
-    source: Particles = body if isinstance(body, BodyFields) else _LiveBody(body, 0.0, False)
+    source: Particles = body if isinstance(body, BodyFields) else LiveBody(body, 0.0, False)
     index = index % len(source.times)
     cloud = pyvista.PolyData(np.asarray(source.positions(index), dtype=float))
     for name in source.names:

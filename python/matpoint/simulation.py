@@ -7,19 +7,18 @@ import sys
 import weakref
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from matpoint import _core
-from matpoint.case import Case, node_positions
+from matpoint.case import Case
 from matpoint.functions import Floats
 from matpoint.results import did_you_mean
+from matpoint.state import BodyState, GridState
 
 if TYPE_CHECKING:
     import pandas
-    import pyvista
 
 # A process forked from one whose threads have worked has none of them, and would wait for them for ever.
 os.register_at_fork(after_in_child=lambda: _core.set_threads(1))
@@ -39,250 +38,6 @@ def set_threads(count: int) -> None:
 def threads() -> int:
     """Threads that simulations use."""
     return int(_core.threads())
-
-
-class FieldArray(NDArray[np.float64] if TYPE_CHECKING else np.ndarray):  # type: ignore[misc]
-    """A field of a body as it was when it was read: a NumPy array that owns its numbers and stays valid.
-
-    Assigning to a part of it assigns to the simulation: `body.velocity[mask] = 0` reads the field, changes the part, and assigns the whole
-    with `BodyState.assign`. Everything computed from it is a plain array, and so is a part that is read: a copy.
-    """
-
-    _assign: Callable[[Any, Any], Floats] | None
-
-    def __array_finalize__(self, obj: Any) -> None:
-        self._assign = None
-
-    def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
-        plain = np.asarray(array)
-        return plain[()] if plain.ndim == 0 else plain
-
-    # `body.velocity *= 2` is a new array that is then assigned; the snapshot itself stays.
-    def __iadd__(self, other: Any) -> Any:
-        return np.asarray(self) + other
-
-    def __isub__(self, other: Any) -> Any:
-        return np.asarray(self) - other
-
-    def __imul__(self, other: Any) -> Any:
-        return np.asarray(self) * other
-
-    def __itruediv__(self, other: Any) -> Any:
-        return np.asarray(self) / other
-
-    def __getitem__(self, key: Any) -> Any:
-        return np.array(np.asarray(self)[key])[()]
-
-    def __setitem__(self, key: Any, value: Any) -> None:
-        if self._assign is None and self.flags.writeable:  # a copy, or an array made after one
-            self.view(np.ndarray)[key] = value
-            return
-        if self._assign is None:
-            raise _core.InputError(
-                "this array is a view of a field that was read; assign to the field of the body itself: body.velocity[...] = ..."
-            )
-        fresh = self._assign(key, value)
-        plain = self.view(np.ndarray)
-        plain.flags.writeable = True
-        if plain.shape == fresh.shape:
-            plain[...] = fresh
-        plain.flags.writeable = False
-
-
-class BodyState:
-    """A body of a simulation: its particles now, in the order of their ids. `Simulation.bodies` has them.
-
-    Reading a field gives a snapshot (n particles). Assigning position, velocity or deformation_gradient, or a part of one, changes the
-    simulation; other fields follow from these and are refused with the reason.
-    """
-
-    def __init__(self, simulation: Simulation, index: int, name: str) -> None:
-        self._simulation = simulation
-        self._index = index
-        self._name = name
-
-    @property
-    def name(self) -> str:
-        """The body's name."""
-        return self._name
-
-    def __len__(self) -> int:
-        return int(self._simulation._core.particle_count(self._index))
-
-    def __repr__(self) -> str:
-        return f"<body {self._name}: {len(self)} particles, fields {', '.join(self.fields)}>"
-
-    @property
-    def fields(self) -> list[str]:
-        """Names of all fields."""
-        return list(self._simulation._core.field_names(self._index))
-
-    def field(self, name: str) -> FieldArray:
-        """A field by its name (`fields`), shape (n,), (n, dim) or (n, 3, 3). Raises InputError for an unknown name."""
-        array = cast(FieldArray, self._simulation._core.field(self._index, name).view(FieldArray))
-        array.flags.writeable = False
-        simulation = weakref.ref(self._simulation)
-        index = self._index
-
-        def assign(key: Any, value: Any) -> Floats:
-            alive = simulation()
-            if alive is None:
-                raise _core.InputError(f"{name}: its simulation does not exist any more, so nothing can be assigned to it")
-            fresh = np.array(alive._core.field(index, name))
-            fresh[key] = value
-            alive._core.set_field(index, name, np.ascontiguousarray(fresh))
-            return fresh
-
-        array._assign = assign
-        return array
-
-    def __getitem__(self, name: str) -> FieldArray:
-        if not isinstance(name, str):
-            raise _core.InputError(f'body "{self._name}": {name!r} is no name of a field; it has {", ".join(self.fields)}')
-        return self.field(name)
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.fields)
-
-    def __contains__(self, name: object) -> bool:
-        return name in self.fields
-
-    def assign(self, name: str, values: ArrayLike) -> None:
-        """Assigns a field of all particles.
-
-        Args:
-            name: "position" [m], "velocity" [m/s] or "deformation_gradient" [1].
-            values: The shape of the field, or one that broadcasts to it.
-
-        Raises:
-            InputError: The field cannot be assigned, the shape is wrong, or a value is impossible (outside of the grid, not finite,
-                det F <= 0); the text says which, and nothing has changed.
-
-        Energy and momentum that come or go with it are booked as the start's, so that the balances of the history stay closed.
-        """
-        shape = self._simulation._core.field(self._index, name).shape
-        given = np.asarray(values, dtype=np.float64)
-        try:
-            full = np.ascontiguousarray(np.broadcast_to(given, shape))
-        except ValueError:
-            raise _core.InputError(
-                f'body "{self._name}": {name} has the shape {shape}; an array of shape {given.shape} does not fit'
-            ) from None
-        self._simulation._core.set_field(self._index, name, full)
-
-    def __setitem__(self, name: str, values: ArrayLike) -> None:
-        self.assign(name, values)
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        described = getattr(type(self), name, None)
-        if name.startswith("_") or (isinstance(described, property) and described.fset is not None):
-            object.__setattr__(self, name, value)
-        else:
-            self.assign(name, value)  # which says why this one cannot be assigned
-
-    @property
-    def position(self) -> FieldArray:
-        """Positions [m], shape (n, dim). May be assigned."""
-        return self.field("position")
-
-    @position.setter
-    def position(self, values: ArrayLike) -> None:
-        self.assign("position", values)
-
-    @property
-    def velocity(self) -> FieldArray:
-        """Velocities [m/s], shape (n, dim). May be assigned."""
-        return self.field("velocity")
-
-    @velocity.setter
-    def velocity(self, values: ArrayLike) -> None:
-        self.assign("velocity", values)
-
-    @property
-    def deformation_gradient(self) -> FieldArray:
-        """Deformation gradients F [1], shape (n, 3, 3); plane strain in 2D. May be assigned."""
-        return self.field("deformation_gradient")
-
-    @deformation_gradient.setter
-    def deformation_gradient(self, values: ArrayLike) -> None:
-        self.assign("deformation_gradient", values)
-
-    @property
-    def stress(self) -> FieldArray:
-        """Cauchy stresses [Pa], shape (n, 3, 3)."""
-        return self.field("stress")
-
-    @property
-    def von_mises(self) -> FieldArray:
-        """Von Mises stresses [Pa], shape (n,)."""
-        return self.field("von_mises")
-
-    @property
-    def pressure(self) -> FieldArray:
-        """Pressures, minus the mean stress [Pa], shape (n,)."""
-        return self.field("pressure")
-
-    @property
-    def J(self) -> FieldArray:
-        """Volume ratios det F [1], shape (n,)."""
-        return self.field("J")
-
-    @property
-    def volume(self) -> FieldArray:
-        """Present volumes [m^3] (areas [m^2] in 2D), shape (n,)."""
-        return self.field("volume")
-
-    @property
-    def mass(self) -> FieldArray:
-        """Masses [kg] (per metre of thickness in 2D), shape (n,)."""
-        return self.field("mass")
-
-    @property
-    def id(self) -> NDArray[np.int64]:
-        """Ids, ascending, shape (n,); with removed particles there are gaps."""
-        return np.asarray(self.field("id")).astype(np.int64)
-
-    def to_pyvista(self) -> pyvista.PolyData:
-        """The particles with all fields as a PyVista object, for `.plot()`. Raises ImportError without the package pyvista."""
-        from matpoint import plot
-
-        return plot.to_pyvista(self)
-
-
-class GridState:
-    """The background grid of a simulation: its nodes and what they carried in the last step. Arrays are numbered x fastest."""
-
-    def __init__(self, simulation: Simulation, grid: Mapping[str, Any]) -> None:
-        self._simulation = simulation
-        self._grid = grid
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Nodes per direction, slowest first: (ny, nx) or (nz, ny, nx), so `grid.mass.reshape(grid.shape)` is a picture."""
-        return tuple(int(n) + 1 for n in reversed(self._grid["cells"]))
-
-    @property
-    def node_count(self) -> int:
-        """Number of all nodes."""
-        return int(self._simulation._core.node_count())
-
-    @property
-    def position(self) -> Floats:
-        """Positions of the nodes [m], shape (nodes, dim)."""
-        return node_positions(self._grid)
-
-    @property
-    def mass(self) -> Floats:
-        """Nodal masses of the last step [kg], shape (nodes,); 0 where no particle is near."""
-        return np.asarray(self._simulation._core.grid_fields()["mass"])
-
-    @property
-    def velocity(self) -> Floats:
-        """Nodal velocities of the last step [m/s], shape (nodes, dim)."""
-        return np.asarray(self._simulation._core.grid_fields()["velocity"])
-
-    def __repr__(self) -> str:
-        return f"<grid: {' x '.join(str(n) for n in reversed(self.shape))} nodes>"
 
 
 class History(Mapping[str, Floats]):
@@ -560,4 +315,4 @@ class _Progress:
         print(f"\r{100 * share:5.1f} %  t = {self._simulation.time:.4g} s  step {self._simulation.step_count}" + " " * 20, flush=True)
 
 
-__all__ = ["BodyState", "FieldArray", "GridState", "History", "Simulation", "set_threads", "threads"]
+__all__ = ["History", "Simulation", "set_threads", "threads"]

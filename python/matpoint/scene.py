@@ -1,0 +1,189 @@
+"""What pictures of particles need to know, of a results folder or of a simulation as it is now."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol, cast
+
+import numpy as np
+
+from matpoint.results import Floats, Results, ResultsError, did_you_mean, scalar_of
+
+if TYPE_CHECKING:
+    from matpoint.simulation import Simulation
+    from matpoint.state import BodyState
+
+PANELS = 6
+
+
+class Particles(Protocol):
+    """The particles of one body at some times, from a file or from a simulation."""
+
+    name: str
+    times: Floats
+    names: list[str]
+    is_fluid: bool
+
+    def positions(self, index: int) -> Floats:
+        """Positions [m], shape (n, 3)."""
+
+    def field(self, name: str, index: int) -> Floats:
+        """A field, shape (n,) or (n, components)."""
+
+    def scalar(self, name: str, index: int) -> Floats:
+        """One number per particle."""
+
+
+class Scene(Protocol):
+    """What pictures of particles need to know of a results folder or a simulation."""
+
+    dim: int
+    title: str
+    case: Mapping[str, Any]
+
+    @property
+    def bodies(self) -> Mapping[str, Particles]:
+        """The bodies by name."""
+
+    def unit(self, field_name: str) -> str:
+        """Unit of a field."""
+
+
+class LiveBody:
+    """A body of a simulation as pictures see it."""
+
+    def __init__(self, state: BodyState, time: float, is_fluid: bool) -> None:
+        self.name = state.name
+        self.times = np.array([time])
+        self.names = [name for name in state.fields if name != "position"]
+        self.is_fluid = is_fluid
+        self._state = state
+
+    def positions(self, index: int) -> Floats:
+        """Positions [m], shape (n, 3)."""
+        x = np.asarray(self._state.position)
+        return np.pad(x, ((0, 0), (0, 3 - x.shape[1])))
+
+    def field(self, name: str, index: int) -> Floats:
+        """A field, shape (n,) or (n, components), as files have it. Raises ResultsError."""
+        if name not in self.names:
+            raise ResultsError(f'body "{self.name}" has no field "{name}", it has: {", ".join(self.names)}{did_you_mean(name, self.names)}')
+        values = np.asarray(self._state.field(name))
+        if values.ndim == 3:
+            return values.reshape(len(values), 9)[:, [0, 4, 8, 1, 5, 2]] if name == "stress" else values.reshape(len(values), 9)
+        return np.pad(values, ((0, 0), (0, 1))) if values.ndim == 2 and values.shape[1] == 2 else values
+
+    def scalar(self, name: str, index: int) -> Floats:
+        """One number per particle. Raises ResultsError."""
+        return scalar_of(self, name, index)
+
+
+class LiveScene:
+    """A simulation as pictures see it."""
+
+    units = {"velocity": "m/s", "stress": "Pa", "von_mises": "Pa", "pressure": "Pa", "mass": "kg", "volume": "m^3"}
+
+    def __init__(self, simulation: Simulation) -> None:
+        self.case = simulation._core.resolved()
+        self.dim = int(self.case["dim"])
+        self.title = str(self.case.get("title") or simulation.case.name)
+        fluids = {body["name"] for body in self.case["body"] if "viscosity" in body.get("material", {})}
+        self.bodies = {name: LiveBody(state, simulation.time, name in fluids) for name, state in simulation.bodies.items()}
+
+    def unit(self, field_name: str) -> str:
+        """Unit of a field or of a component of it; empty where it has none."""
+        return self.units.get(field_name, self.units.get(field_name.rpartition("_")[0], ""))
+
+
+def scene_of(source: Results | Simulation) -> Scene:
+    """A results folder as it is, or a simulation as it is now."""
+    scene: Any = source if isinstance(source, Results) else LiveScene(source)
+    return cast(Scene, scene)
+
+
+def common_count(bodies: Sequence[Particles]) -> int:
+    """How many times are written for all bodies. Raises ResultsError when there is none."""
+    if not bodies:
+        raise ResultsError('there are no fields of particles: the output.formats of the case must contain "vtkhdf"')
+    # A run that was killed between two bodies has written one time more for the first.
+    count = min(len(body.times) for body in bodies)
+    if count == 0:
+        raise ResultsError(f'body "{bodies[0].name}" has no fields yet: no time is written')
+    return count
+
+
+def choose_times(bodies: Sequence[Particles], wanted: Sequence[float] | None) -> list[int]:
+    """Indices of the written times that are nearest to the wanted ones; without these, a few evenly spaced.
+
+    Raises:
+        ResultsError: Nothing was written, or a wanted time is outside of what was.
+    """
+    count = common_count(bodies)
+    times = bodies[0].times[:count]
+    if wanted is None:
+        even = np.linspace(times[0], times[-1], PANELS)
+        return sorted({int(np.argmin(np.abs(times - t))) for t in even})
+    # Half an interval, because an output falls on the nearest step.
+    slack = 0.5 * (times[-1] - times[0]) / max(1, count - 1) + 1e-12
+    for t in wanted:
+        if not times[0] - slack <= t <= times[-1] + slack:
+            raise ResultsError(f"time {t:g} s was not written: the fields cover {times[0]:g} to {times[-1]:g} s")
+    return sorted({int(np.argmin(np.abs(times - t))) for t in wanted})
+
+
+def default_fields(bodies: Sequence[Particles]) -> list[str]:
+    """Von Mises stress if there is a solid, pressure if there is a fluid; what the files have if they have neither."""
+    wanted = (["von_mises"] if any(not b.is_fluid for b in bodies) else []) + (["pressure"] if any(b.is_fluid for b in bodies) else [])
+    present = [name for name in wanted if all(name in body.names for body in bodies)]
+    if present:
+        return present
+    return [name for name in ("velocity", "J", "body", "id") if all(name in body.names for body in bodies)][:1]
+
+
+def particle_size(body: Particles, dim: int) -> float:
+    """Edge [m] of the square or cube that a particle stands for."""
+    if "volume" in body.names:
+        return float(np.median(body.field("volume", 0)) ** (1 / dim))
+    positions = body.positions(0)[:, :dim]
+    extent = np.maximum(np.ptp(positions, axis=0), 1e-12)
+    return float((np.prod(extent) / len(positions)) ** (1 / dim))
+
+
+def grid_box(scene: Scene) -> tuple[Floats, Floats]:
+    """Corners [m] of the grid, each of shape (dim,)."""
+    grid = scene.case["grid"]
+    lower = np.array(grid.get("lower", [0.0] * scene.dim), dtype=float)
+    return lower, np.array(grid["upper"], dtype=float)
+
+
+def panel_grid(count: int, aspect: float) -> tuple[int, int]:
+    """Rows and columns for panels of the given height / width: about 1.6 times as wide as high as a whole, with few empty places."""
+
+    def badness(columns: int) -> float:
+        rows = -(-count // columns)
+        return float(abs(np.log(1.6 * aspect * rows / columns)) + (rows * columns - count) / count)
+
+    columns = min(range(1, count + 1), key=badness)
+    return -(-count // columns), columns
+
+
+def points_of(body: Particles, index: int, field: str, dim: int) -> tuple[Floats, Floats]:
+    """Places in the picture's plane [m], shape (n, 2), and values, shape (n,), in the order in which they are to be drawn."""
+    positions = body.positions(index)
+    values = body.scalar(field, index)
+    if dim == 3:
+        # Far ones first: the view is the standard isometric one of project().
+        order = np.argsort(positions @ np.array([1.0, 1.0, 1.0]))
+        positions, values = positions[order], values[order]
+    return project(positions, dim), values
+
+
+def project(positions: Floats, dim: int) -> Floats:
+    """Positions in the picture's plane [m], shape (n, 2): x and y in 2D, an isometric view with y upward in 3D.
+
+    The viewer is at (1, 1, 1): x comes to the front on the right, z on the left.
+    """
+    if dim == 2:
+        return positions[:, :2]
+    x, y, z = positions[:, 0], positions[:, 1], positions[:, 2]
+    return np.stack([(x - z) / np.sqrt(2), np.sqrt(2 / 3) * y - (x + z) / np.sqrt(6)], axis=1)
