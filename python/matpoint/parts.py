@@ -96,7 +96,7 @@ def class_names() -> list[tuple[str, str, dict[str, Any], str]]:
         "regions": ("", "A region, for bodies and boundaries."),
         "layouts": ("", "A layout, for bodies."),
         "velocities": ("Velocity", "An initial velocity, for bodies."),
-        "materials": ("", "A material, for bodies; its source is in its summary or in docs/theory.md."),
+        "materials": ("", "A material, for bodies."),
     }
     found = []
     for kind, (suffix, title) in kinds.items():

@@ -70,6 +70,18 @@ if TYPE_CHECKING:
     from matpoint.simulation import History, Simulation
     from matpoint.state import BodyState
 
+__all__ = [
+    "animate",
+    "dissipated_energy",
+    "energies",
+    "momentum",
+    "particles",
+    "probes",
+    "profile",
+    "to_pyvista",
+    "total_energy",
+]
+
 STYLE: Any = {
     "figure.dpi": 150,
     "font.size": 9,

@@ -20,6 +20,8 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
+__all__ = ["BodyFields", "Results", "ResultsError", "open"]
+
 Floats = NDArray[np.float64]
 
 COMPONENTS = {

@@ -9,7 +9,7 @@ namespace matpoint {
 /// Source: Bonet & Wood (2008), sec. 6.4.3; Kamuth (thesis on explicit MPM), eq. 47. For J > 0, any size of strain.
 struct NeoHookean : ElasticParameters {
   static constexpr auto name = "neo_hookean";
-  static constexpr auto summary = "Compressible Neo-Hookean solid, for large strains.";
+  static constexpr auto summary = "Compressible Neo-Hookean solid, for large strains (Bonet & Wood 2008, sec. 6.4.3).";
 
   static void declare(ParameterTable<NeoHookean>& table) { declare_elastic(table); }
 

@@ -9,7 +9,8 @@ namespace matpoint {
 /// modulus at rest is gamma kappa and the speed of sound sqrt(gamma kappa / density). Under tension p falls to -kappa, as it stands.
 struct NewtonianFluid {
   static constexpr auto name = "newtonian_fluid";
-  static constexpr auto summary = "Weakly compressible Newtonian fluid with the equation of state p = kappa (J^-gamma - 1).";
+  static constexpr auto summary =
+      "Weakly compressible Newtonian fluid with the equation of state p = kappa (J^-gamma - 1) (Monaghan 1994).";
 
   Real density = 0;         ///< [kg/m^3]
   Real pressure_scale = 0;  ///< kappa [Pa]

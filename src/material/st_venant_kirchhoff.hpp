@@ -9,7 +9,8 @@ namespace matpoint {
 /// compression and lets material pass J = 0 at finite force.
 struct StVenantKirchhoff : ElasticParameters {
   static constexpr auto name = "st_venant_kirchhoff";
-  static constexpr auto summary = "St. Venant-Kirchhoff solid: linear between Green's strain and the second Piola-Kirchhoff stress.";
+  static constexpr auto summary =
+      "St. Venant-Kirchhoff solid: linear between Green's strain and the second Piola-Kirchhoff stress (Bonet & Wood 2008, sec. 6.4.1).";
 
   static void declare(ParameterTable<StVenantKirchhoff>& table) { declare_elastic(table); }
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import matpoint as mp
 import pytest
 from conftest import PACKAGE, ROOT
+from matpoint._core import vocabulary
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 SHIPPED = [path for path in EXAMPLES if path.stem in mp.shipped_cases()]
@@ -25,9 +26,8 @@ def public_members():
                 if not member.startswith("_") and (callable(described) or isinstance(described, property | classmethod)):
                     yield f"{name}.{member}", described
         if inspect.ismodule(value):
-            for member, described in vars(value).items():
-                if not member.startswith("_") and inspect.isfunction(described) and described.__module__ == value.__name__:
-                    yield f"{name}.{member}", described
+            for member in value.__all__:
+                yield f"{name}.{member}", getattr(value, member)
 
 
 MEMBERS = dict(public_members())
@@ -42,7 +42,7 @@ def test_every_public_name_has_a_docstring_with_parameters_shapes_units_and_erro
     if not inspect.isfunction(function):
         return
     parameters = [p for p in inspect.signature(function).parameters if p not in ("self", "cls")]
-    if len(parameters) > 1 and name.split(".")[0] not in ("plot", "results"):
+    if len(parameters) > 1:
         assert "Args:" in text and all(f"{p}:" in text for p in parameters), f"{name}: not all of {parameters} are described"
     if "raise " in inspect.getsource(function):
         assert "Raises" in text, f"{name} raises, and its docstring does not say so"
@@ -55,10 +55,16 @@ def test_fields_say_their_shape_and_unit(name):
 
 
 def test_every_part_describes_its_parameters():
-    for name in mp.parts_names() if hasattr(mp, "parts_names") else [n for n in mp.__all__ if inspect.isclass(getattr(mp, n))]:
+    for name in [n for n in mp.__all__ if inspect.isclass(getattr(mp, n))]:
         part = getattr(mp, name)
         if issubclass(part, mp.Part) and part is not mp.Part:
             assert all(f"    {p}: " in part.__doc__ for p in part._parameters), name
+
+
+@pytest.mark.parametrize("law", [entry["name"] for entry in vocabulary()["materials"]])
+def test_every_law_names_its_source(law):
+    described = getattr(mp, "".join(word.capitalize() for word in law.split("_"))).__doc__
+    assert re.search(r"\([A-Z].* \d{4}", described), described
 
 
 def test_types_are_strict():
