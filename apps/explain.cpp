@@ -3,7 +3,7 @@
 #include <array>
 #include <functional>
 
-#include "body/particle_body.hpp"
+#include "body/particle_fields.hpp"
 #include "case/case_file.hpp"
 #include "commands.hpp"
 

@@ -4,10 +4,11 @@
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root"
 
-build_packages=(cmake ninja-build g++ libfmt-dev libcli11-dev libtomlplusplus-dev libhdf5-dev python3 python3-venv)
+build_packages=(cmake ninja-build g++ libfmt-dev libcli11-dev libtomlplusplus-dev libhdf5-dev libeigen3-dev libsuitesparse-dev
+  libopenblas-dev python3 python3-venv)
 python_packages=(python3-dev)
 # ccache: the wheel compiles the same sources once more.
-test_packages=(libgtest-dev libgmock-dev libeigen3-dev ccache)
+test_packages=(libgtest-dev libgmock-dev ccache)
 
 say() { printf '\n== %s\n' "$*"; }
 die() { printf 'error: %s\n' "$*" >&2; exit 1; }

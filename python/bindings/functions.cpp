@@ -141,12 +141,15 @@ std::shared_ptr<VelocityHistory> velocity_history(nb::object function, int dim) 
   return history;
 }
 
-std::shared_ptr<BodyForce> body_force(nb::object function, bool is_constant) {
+std::shared_ptr<BodyForce> body_force(nb::object function, int dim, bool is_constant) {
   auto force = std::make_shared<BodyForce>();
   force->is_constant = is_constant;
-  force->at = [function = Function(std::move(function))](Real t, std::vector<Real>& values) {
+  force->at = [function = Function(std::move(function)), dim](Real t, const std::vector<Real>& positions, std::vector<Real>& values) {
     const nb::gil_scoped_acquire lock;
-    const auto given = nb::cast<ConstArray>(finish_despite_interrupts([&] { return function(t); }));
+    const auto given = nb::cast<ConstArray>(finish_despite_interrupts([&] {
+      return function(
+          make_array(std::vector<Real>(positions), {positions.size() / static_cast<std::size_t>(dim), static_cast<std::size_t>(dim)}), t);
+    }));
     if (given.size() != values.size()) {
       throw InputError("body_force: the function gave {} numbers at t = {} s, it must give {}", given.size(), t, values.size());
     }
@@ -191,7 +194,7 @@ void bind_functions(nb::module_& m) {
   m.def("node_set", &node_set, nb::arg("dim"), nb::arg("lower"), nb::arg("upper"), nb::arg("nodes"), nb::arg("mask"));
   m.def("points", &points, nb::arg("positions"), nb::arg("volumes"));
   m.def("velocity_history", &velocity_history, nb::arg("function"), nb::arg("dim"));
-  m.def("body_force", &body_force, nb::arg("function"), nb::arg("is_constant"));
+  m.def("body_force", &body_force, nb::arg("function"), nb::arg("dim"), nb::arg("is_constant"));
   m.def("function_material", &function_material, nb::arg("name"), nb::arg("function"), nb::arg("density"), nb::arg("wave_speed"),
         nb::arg("kinematic_viscosity"), nb::arg("history_size"));
 }

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _TABLES = ("grid", "time", "solver", "output")
 _LISTS = ("body", "boundary", "probe")
-_VALUES = ("title", "source", "dim", "gravity", "body_force")
+_VALUES = ("title", "source", "dim", "gravity", "gravity_times", "gravity_factors", "body_force")
 
 
 @dataclass(frozen=True)
@@ -64,10 +64,10 @@ class Case:
 
     Args:
         name: Names the results; a file's stem for a case that was read.
-        sections: The keys of a case file: title, source, dim, gravity [m/s^2], grid, time, solver, output, body, boundary, probe. Sections
+        sections: The keys of a case file: title, source, dim, gravity [m/s^2], gravity_times [s], gravity_factors, grid, time, solver, output, body, boundary, probe. Sections
             are parts (`Grid(...)`) or dicts, lists of them for body, boundary and probe. Beside what a file can say:
-            `body_force`, a function of positions (n, dim) [m], or of positions and time [s], that gives accelerations (n, dim) [m/s^2] at
-            the nodes; the initial `velocity` of a body as a function of positions (n, dim) that gives velocities (n, dim) [m/s]; the
+            `body_force`, a function of positions (n, dim) [m], or of positions and time [s], that gives accelerations (n, dim) [m/s^2]: at
+            the nodes, or at the particles with the implicit solver; the initial `velocity` of a body as a function of positions (n, dim) that gives velocities (n, dim) [m/s]; the
             `velocity` of a boundary as a function of time that gives dim numbers [m/s]; regions chosen by `Where`; laws written as
             `FunctionLaw`; layouts `Points` from arrays.
 
@@ -234,7 +234,7 @@ class Case:
             boundaries.append(boundary)
         data["boundary"] = boundaries
         if callable(self.body_force):
-            data["body_force"] = _body_force(self.body_force, grid)
+            data["body_force"] = _body_force(self.body_force, dim)
         return {key: value for key, value in _plain(data).items() if value != [] or key == "body"}
 
 
@@ -364,12 +364,10 @@ def _checked_velocity(function: Callable[..., Any], dim: int) -> Callable[[float
     return velocity
 
 
-def _body_force(function: Callable[..., Any], grid: Mapping[str, Any]) -> _core.BodyForce:
-    positions = node_positions(grid)
-    positions.flags.writeable = False  # the function gets them again at every step
+def _body_force(function: Callable[..., Any], dim: int) -> _core.BodyForce:
     depends_on_time = positional_count(function) > 1
 
-    def force(time: float) -> Floats:
+    def force(positions: Floats, time: float) -> Floats:
         values = np.asarray(function(positions, time) if depends_on_time else function(positions), dtype=np.float64)
         try:
             values = np.ascontiguousarray(np.broadcast_to(values, positions.shape))
@@ -382,4 +380,4 @@ def _body_force(function: Callable[..., Any], grid: Mapping[str, Any]) -> _core.
             raise _core.InputError(f"body_force {name_of(function)}: at t = {time} s it gave a number that is not finite")
         return values
 
-    return _core.body_force(force, not depends_on_time)
+    return _core.body_force(force, dim, not depends_on_time)

@@ -99,10 +99,17 @@ def class_names() -> list[tuple[str, str, dict[str, Any], str]]:
         "materials": ("", "A material, for bodies."),
     }
     found = []
+    sections = {entry["name"]: entry for entry in vocabulary["sections"]}
+    # One class for [solver], whose keys depend on its type.
+    implicit = sections["implicit_solver"]["parameters"]
+    explicit = sections["solver"]["parameters"]
+    shared = {p["name"] for p in explicit}
+    summary = f"{sections['solver']['summary']} Or {sections['implicit_solver']['summary']}"
+    sections["solver"] = {**sections["solver"], "summary": summary, "parameters": explicit + [p for p in implicit if p["name"] not in shared]}
+    del sections["implicit_solver"], sections["case"]
+    vocabulary = {**vocabulary, "sections": list(sections.values())}
     for kind, (suffix, title) in kinds.items():
         for entry in vocabulary[kind]:
-            if kind == "sections" and entry["name"] == "case":
-                continue
             found.append((_class_name(entry["name"]) + suffix, "" if kind == "sections" else entry["name"], entry, title))
     return found
 

@@ -72,7 +72,7 @@ SlotLayout<Dim> make_layout(const Material& material, bool has_volumes) {
 template <int Dim, class R>
 ParticleBody<Dim, R>::ParticleBody(const BodySpec& spec, Grid<Dim, R>& grid)
     : name_(spec.name), material_(spec.material), grid_(grid), kernels_(kernel_table<Dim, R>()) {
-  seed(spec, fmt::format("{}{}body \"{}\"", spec.place, spec.place.empty() ? "" : ": ", spec.name), grid);
+  seed(spec, place_of(spec), grid);
   reports_.resize(blocks_->bands().size());
   arrivals_.resize(blocks_->bands().size());
   measure_extremes();
@@ -81,16 +81,10 @@ ParticleBody<Dim, R>::ParticleBody(const BodySpec& spec, Grid<Dim, R>& grid)
 template <int Dim, class R>
 void ParticleBody<Dim, R>::seed(const BodySpec& spec, const std::string& where, Grid<Dim, R>& grid) {
   const GridGeometry geometry = grid.geometry();
-  const Seeds seeds = [&] {
-    try {
-      return spec.layout->fill(spec.region.get(), {Dim, geometry.lower, geometry.cell_size});
-    } catch (const InputError& error) {
-      throw InputError("{}: {}", where, error.what());
-    }
-  }();
+  SeedingGrid box{Dim, geometry.lower, {}, geometry.cell_size};
+  for (int d = 0; d < Dim; ++d) box.upper[static_cast<std::size_t>(d)] = grid.upper(d);
+  const Seeds seeds = fill_body(spec, where, box);
   const std::size_t n = seeds.position.size();
-  if (n == 0) throw InputError("{}: no particle lies in its region; make the region larger or the layout finer", where);
-  if (n > 0x7ffffff0u) throw InputError("{}: {} particles are more than 2^31", where, n);
   id_count_ = static_cast<Index>(n);
   const auto [smallest, largest] = std::minmax_element(seeds.volume.begin(), seeds.volume.end());
   smallest_volume_ = *smallest;
@@ -105,14 +99,6 @@ void ParticleBody<Dim, R>::seed(const BodySpec& spec, const std::string& where, 
     const Vec3& x = seeds.position[p];
     for (int d = 0; d < Dim; ++d) {
       const auto s = static_cast<std::size_t>(d);
-      if (!(x[s] >= grid.lower(d) && x[s] <= grid.upper(d))) {
-        const Vec3 upper{geometry.lower[0] + geometry.cell_size[0] * grid.cells(0),
-                         geometry.lower[1] + geometry.cell_size[1] * grid.cells(1),
-                         Dim == 3 ? geometry.lower[2] + geometry.cell_size[2] * grid.cells(Dim - 1) : 0};
-        throw InputError("{}: particle {} at [{}] is outside the grid [{}] to [{}]; move the body or enlarge the grid", where, p,
-                         fmt::join(x.begin(), x.begin() + Dim, ", "), fmt::join(geometry.lower.begin(), geometry.lower.begin() + Dim, ", "),
-                         fmt::join(upper.begin(), upper.begin() + Dim, ", "));
-      }
       const Real place = (x[s] - grid.lower(d)) / grid.cell_size(d);
       cells[p][s] = std::min(static_cast<int>(place), grid.cells(d) - 1);  // points on the far side belong to the last cell
       places[p][s] = std::min(place - cells[p][s], Real{1});               // on the far side a division may round to more

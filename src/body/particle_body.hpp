@@ -82,6 +82,10 @@ class ParticleBody final : public Body<Dim> {
   void for_each_particle_in_parallel(F&& f) const;
   Particle particle_of(const Outside& outside) const { return {outside.fields.data(), 1, outside.position}; }
   Index id(const Particle& p) const { return id_from_bits(p.fields[blocks_->layout().id * p.stride]); }
+  // What gather_field (particle_fields.hpp) asks for.
+  template <int D, class Body, class Gather>
+  friend Field gather_field(const Body&, const Material&, const std::string&, std::size_t, const std::string&, Gather&&);
+  Vec3 position(const Particle& p) const { return p.position; }
   Vec3 velocity(const Particle& p) const;
   Real volume0(const Particle& p) const;
   Material::Matrix deformation_gradient(const Particle& p) const;
@@ -131,8 +135,5 @@ void ParticleBody<Dim, R>::for_each_particle(F&& f) const {
   }
   for (const Outside& outside : outside_) f(particle_of(outside));
 }
-
-/// All fields that a body of particles has.
-const std::vector<std::string>& particle_field_names();
 
 }  // namespace matpoint

@@ -6,6 +6,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "body/layered_layouts.hpp"
+#include "case/case.hpp"
+
 namespace matpoint {
 namespace {
 
@@ -381,6 +384,29 @@ struct Sine final : VelocityField {
 
 }  // namespace
 
+std::string place_of(const BodySpec& body) { return fmt::format("{}{}body \"{}\"", body.place, body.place.empty() ? "" : ": ", body.name); }
+
+Seeds fill_body(const BodySpec& body, const std::string& where, const SeedingGrid& grid) {
+  Seeds seeds;
+  try {
+    seeds = body.layout->fill(body.region.get(), grid);
+  } catch (const InputError& error) {
+    throw InputError("{}: {}", where, error.what());
+  }
+  const std::size_t n = seeds.position.size();
+  if (n == 0) throw InputError("{}: no particle lies in its region; make the region larger or the layout finer", where);
+  if (n > 0x7ffffff0u) throw InputError("{}: {} particles are more than 2^31", where, n);
+  const auto point = [&](const Vec3& x) { return fmt::format("[{}]", fmt::join(x.begin(), x.begin() + grid.dim, ", ")); };
+  for (std::size_t p = 0; p < n; ++p) {
+    for (std::size_t d = 0; d < static_cast<std::size_t>(grid.dim); ++d) {
+      if (seeds.position[p][d] >= grid.lower[d] && seeds.position[p][d] <= grid.upper[d]) continue;
+      throw InputError("{}: particle {} at {} is outside the grid {} to {}; move the body or enlarge the grid", where, p,
+                       point(seeds.position[p]), point(grid.lower), point(grid.upper));
+    }
+  }
+  return seeds;
+}
+
 std::shared_ptr<Layout> points_layout(std::vector<Vec3> positions, std::vector<Real> volumes) {
   auto points = std::make_shared<Points>();
   points->positions = std::move(positions);
@@ -402,6 +428,7 @@ const TypeRegistry<Layout>& layout_registry() {
     all.add<Lattice>();
     all.add<Polar>();
     all.add<Points>();
+    add_layered_layouts(all);
     return all;
   }();
   return registry;

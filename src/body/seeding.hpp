@@ -18,6 +18,7 @@ struct Seeds {
 struct SeedingGrid {
   int dim = 2;
   Vec3 lower{};      ///< [m]
+  Vec3 upper{};      ///< [m]
   Vec3 cell_size{};  ///< [m]
 };
 
@@ -39,6 +40,12 @@ class VelocityField {
   virtual Input write(int dim) const = 0;
   virtual void check(const Input&, const ReadContext&) const {}
 };
+
+struct BodySpec;
+/// The particles of a body. Throws InputError for an empty body and for particles outside of the grid; `where` names the body.
+Seeds fill_body(const BodySpec& body, const std::string& where, const SeedingGrid& grid);
+/// "case.toml:7: body "disk"", for messages.
+std::string place_of(const BodySpec& body);
 
 /// The layout type = "points" from arrays: positions [m] and reference volumes [m^3], one or as many as positions. Throws InputError.
 std::shared_ptr<Layout> points_layout(std::vector<Vec3> positions, std::vector<Real> volumes);

@@ -4,10 +4,11 @@
 #include <cmath>
 #include <set>
 
+#include "case/case_reading.hpp"
+#include "core/interpolate.hpp"
+
 namespace matpoint {
 namespace {
-
-constexpr Real k_nodes_max = 4e9;
 
 /// A nested table with its own parameters, read by the type's declaration and checked by `check`.
 template <class Owner, class Section>
@@ -53,19 +54,6 @@ void list_of(ParameterTable<Owner>& table, const std::string& name, std::vector<
       });
 }
 
-/// Something chosen by `type` from a registry.
-template <class Owner, class Base>
-void typed(ParameterTable<Owner>& table, const std::string& name, std::shared_ptr<Base> Owner::*member,
-           const TypeRegistry<Base>& (*registry)(), const std::string& help, bool is_required) {
-  table.custom(
-      {name, "1", "table with a type", "", list_names(registry().names()), help, is_required},
-      [=](Owner& owner, const Input& input, const ReadContext& context) { owner.*member = registry().read(input, context, name); },
-      [=](const Owner& owner, int dim) -> std::optional<Input> {
-        if (!(owner.*member)) return std::nullopt;
-        return (owner.*member)->write(dim);
-      });
-}
-
 std::string named_label(const std::string& what, const Input& item, std::size_t index) {
   const Input* name = item.find("name");
   if (name != nullptr && name->kind() == Input::Kind::string) return fmt::format("{} {}", what, name->text());
@@ -74,95 +62,6 @@ std::string named_label(const std::string& what, const Input& item, std::size_t 
 std::string body_label(const Input& item, std::size_t index) { return named_label("body", item, index); }
 std::string probe_label(const Input& item, std::size_t index) { return named_label("probe", item, index); }
 std::string boundary_label(const Input&, std::size_t index) { return fmt::format("boundary {}", index + 1); }
-
-/// The given value, for the place of a message; the table itself when the key is absent.
-const Input& at_key(const Input& table, const std::string& key) {
-  const Input* value = table.find(key);
-  return value != nullptr ? *value : table;
-}
-
-bool is_given(const Input& table, const std::string& key) { return table.find(key) != nullptr; }
-
-void check_words(const std::vector<std::string>& given, const std::string& key, const std::vector<std::string>& allowed, const Input& table,
-                 const ReadContext& context) {
-  for (const std::string& word : given) {
-    if (std::find(allowed.begin(), allowed.end(), word) != allowed.end()) continue;
-    fail_input(at_key(table, key), context,
-               fmt::format("{}: \"{}\" is unknown, allowed: {}{}", key, word, list_names(allowed), did_you_mean(word, allowed)));
-  }
-}
-
-std::vector<std::string> axis_names(int dim) {
-  return dim == 2 ? std::vector<std::string>{"x", "y"} : std::vector<std::string>{"x", "y", "z"};
-}
-
-std::vector<std::string> side_names(int dim) {
-  std::vector<std::string> names = {"left", "right", "bottom", "top"};
-  if (dim == 3) names.insert(names.end(), {"front", "back"});
-  return names;
-}
-
-// --- grid ------------------------------------------------------------------------------------------------------------
-
-void cells_from_size(GridSpec& grid, const Input& input, const ReadContext& context) {
-  const auto dim = static_cast<std::size_t>(context.dim);
-  const Input& given = at_key(input, "cell_size");
-  if (grid.cell_size.size() != 1 && grid.cell_size.size() != dim) {
-    fail_input(given, context,
-               fmt::format("cell_size = {} has {} numbers; give one, or one per direction ({})", given.text(), grid.cell_size.size(), dim));
-  }
-  if (grid.cell_size.size() == 1) grid.cell_size.resize(dim, grid.cell_size[0]);
-  for (std::size_t d = 0; d < dim; ++d) {
-    const Real side = grid.upper[d] - grid.lower[d];
-    const Real exact = side / grid.cell_size[d];
-    const Real whole = std::round(exact);
-    if (whole < 1 || whole > 2e9 || std::abs(exact - whole) > 1e-9 * whole) {
-      const Real nearest = side / std::max(Real{1}, whole);
-      fail_input(given, context,
-                 fmt::format("cell_size = {} does not divide the side of {} m in {} ({} cells); the nearest that does is {:.10g}",
-                             grid.cell_size[d], side, "xyz"[d], exact, nearest));
-    }
-    grid.cells.push_back(static_cast<int>(whole));
-  }
-}
-
-void check_grid(GridSpec& grid, const Input& input, const ReadContext& context) {
-  const auto dim = static_cast<std::size_t>(context.dim);
-  for (std::size_t d = 0; d < dim; ++d) {
-    if (grid.upper[d] > grid.lower[d]) continue;
-    fail_input(at_key(input, "upper"), context,
-               fmt::format("upper[{}] = {} must be greater than lower[{}] = {}", d, grid.upper[d], d, grid.lower[d]));
-  }
-  if (is_given(input, "cells") == is_given(input, "cell_size")) {
-    fail_input(input, context,
-               is_given(input, "cells") ? "cells and cell_size are both given; give one of them"
-                                        : "cells is missing: give cells = [...], or cell_size = ...");
-  }
-  if (is_given(input, "cells")) {
-    if (grid.cells.size() != dim) {
-      const Input& given = at_key(input, "cells");
-      fail_input(
-          given, context,
-          fmt::format("cells = {} has {} numbers; the case has dim = {}, so it must have {}", given.text(), grid.cells.size(), dim, dim));
-    }
-    for (std::size_t d = 0; d < dim; ++d) grid.cell_size.push_back((grid.upper[d] - grid.lower[d]) / grid.cells[d]);
-  } else {
-    cells_from_size(grid, input, context);
-  }
-  Real nodes = 1;
-  for (std::size_t d = 0; d < dim; ++d) {
-    nodes *= static_cast<Real>(grid.cells[d]) + 1;
-    const Real size = grid.cell_size[d];
-    if (!(size > 0) || !std::isfinite(size) || !std::isfinite(1 / size)) {
-      fail_input(input, context,
-                 fmt::format("the cells' side of {} m in {} is beyond the range of numbers; lengths are in m", size, "xyz"[d]));
-    }
-  }
-  if (nodes > k_nodes_max)
-    fail_input(input, context,
-               fmt::format("the grid has {:.3g} nodes, at most {:.0g} are possible; take larger cells", nodes, k_nodes_max));
-  check_words(grid.periodic, "periodic", axis_names(context.dim), input, context);
-}
 
 // --- bodies, boundaries ----------------------------------------------------------------------------------------------
 
@@ -229,42 +128,7 @@ void check_boundary(BoundarySpec& boundary, const Input& input, const ReadContex
   }
 }
 
-// --- solver, time, output, probes ------------------------------------------------------------------------------------
-
-void check_solver(SolverSpec& solver, const Input& input, const ReadContext& context) {
-  check_words({solver.type}, "type", {"explicit"}, input, context);
-  check_words({solver.precision}, "precision", {"double", "single"}, input, context);
-  solver.mass_cutoff_place = at_key(input, solver.mass_cutoff ? "mass_cutoff" : "mass_cutoff_relative").place();
-  if (solver.mass_cutoff && is_given(input, "mass_cutoff_relative")) {
-    fail_input(at_key(input, "mass_cutoff_relative"), context, "mass_cutoff and mass_cutoff_relative are both given; give one of them");
-  }
-}
-
-void check_time(TimeSpec& time, const Input& input, const ReadContext& context) {
-  if (time.dt) {
-    for (const char* key : {"cfl", "dt_max", "dt_min"}) {
-      if (is_given(input, key)) {
-        fail_input(at_key(input, key), context,
-                   fmt::format("{} is for automatic time steps, but dt = {} fixes them; leave one out", key, *time.dt));
-      }
-    }
-    if (time.end / *time.dt < 0.5) {
-      fail_input(at_key(input, "dt"), context,
-                 fmt::format("dt = {} is longer than the whole run (end = {}): no step would be done", *time.dt, time.end));
-    }
-  }
-  constexpr Real k_steps_max = 1e15;  // near 2^53 a sum of steps would stand still
-  const Real longest = time.dt.value_or(time.dt_max.value_or(time.end));
-  if (time.end / longest > k_steps_max) {
-    const char* key = time.dt ? "dt" : "dt_max";
-    fail_input(at_key(input, key), context,
-               fmt::format("{} = {} makes {:.3g} steps to end = {}, at most {:.0g} are possible", key, longest, time.end / longest,
-                           time.end, k_steps_max));
-  }
-  if (time.dt_max && *time.dt_max < time.dt_min) {
-    fail_input(at_key(input, "dt_max"), context, fmt::format("dt_max = {} is below dt_min = {}", *time.dt_max, time.dt_min));
-  }
-}
+// --- output, probes ------------------------------------------------------------------------------------
 
 void check_output(OutputSpec& output, const Input& input, const ReadContext& context) {
   check_words(output.formats, "formats", {"vtkhdf", "vtu"}, input, context);
@@ -309,6 +173,20 @@ void check_output_times(const Case& problem, const Input& input) {
   check_interval("fields_every", problem.output.fields_every);
 }
 
+void check_gravity_table(const Case& problem, const Input& input) {
+  const std::vector<Real>& times = problem.gravity_times;
+  if (times.size() != problem.gravity_factors.size()) {
+    fail_input(
+        at_key(input, times.empty() ? "gravity_factors" : "gravity_times"), {problem.dim, ""},
+        fmt::format("gravity_times has {} entries and gravity_factors {}; they must match", times.size(), problem.gravity_factors.size()));
+  }
+  for (std::size_t k = 1; k < times.size(); ++k) {
+    if (times[k] > times[k - 1]) continue;
+    fail_input(at_key(input, "gravity_times"), {problem.dim, ""},
+               fmt::format("gravity_times[{}] = {} must be greater than gravity_times[{}] = {}", k, times[k], k - 1, times[k - 1]));
+  }
+}
+
 /// What only the whole case knows.
 void check_together(const Case& problem) {
   if (problem.bodies.empty()) throw InputError("the case has no body; add [[body]] with name, region, layout and material");
@@ -329,24 +207,6 @@ void check_together(const Case& problem) {
 }
 
 }  // namespace
-
-void GridSpec::declare(ParameterTable<GridSpec>& table) {
-  table.optional("lower", "m", &GridSpec::lower, any_number(), "Corner with the smallest coordinates.");
-  table.required("upper", "m", &GridSpec::upper, any_number(), "Corner with the largest coordinates.");
-  table.optional("cells", "1", &GridSpec::cells, at_least(1), "Cells per direction; either this or cell_size.");
-  table.custom(
-      {"cell_size", "m", type_text<std::vector<Real>>(), "", "> 0, divides the sides to 1e-9",
-       "Side of a cell, one number or one per direction.", false},
-      [](GridSpec& grid, const Input& input, const ReadContext& context) {
-        read_value(input, context, "cell_size", positive(), grid.cell_size);
-      },
-      [](const GridSpec&, int) -> std::optional<Input> { return std::nullopt; });  // written as cells
-  table.optional("periodic", "1", &GridSpec::periodic, any_number(), "Directions in which the two sides are one, e.g. [\"x\"].");
-  table.choice(
-      "particles_outside", &GridSpec::particles_outside,
-      {{"error", OutsidePolicy::error}, {"remove", OutsidePolicy::remove}, {"stop", OutsidePolicy::stop}},
-      "What happens when a particle leaves the grid: the run fails, the particle is removed and booked, or the run ends normally.");
-}
 
 void BodySpec::declare(ParameterTable<BodySpec>& table) {
   table.required("name", "1", &BodySpec::name, any_number(), "Names the body in results, probes and messages.");
@@ -383,6 +243,26 @@ void BoundarySpec::declare(ParameterTable<BoundarySpec>& table) {
         if (boundary.components.empty()) return std::nullopt;
         return write_value(boundary.components, dim);
       });
+  table.custom(
+      {"attached", "1", "true or false", "false", "",
+       "Implicit solver: the body grows out of this side, so its nodes are no free surface for the soft stiffness.", false},
+      [](BoundarySpec& boundary, const Input& input, const ReadContext& context) {
+        read_value(input, context, "attached", any_number(), boundary.is_attached);
+      },
+      [](const BoundarySpec& boundary, int) -> std::optional<Input> {
+        if (!boundary.is_attached) return std::nullopt;
+        return Input::boolean(true);
+      });
+  table.custom(
+      {"receding_correction", "1", "number", "0", "0 <= value <= 1",
+       "C_c, implicit solver on elements: how far particles in the first row of cells that recede from this side are let go.", false},
+      [](BoundarySpec& boundary, const Input& input, const ReadContext& context) {
+        read_value(input, context, "receding_correction", between_closed(0, 1), boundary.receding_correction);
+      },
+      [](const BoundarySpec& boundary, int) -> std::optional<Input> {
+        if (boundary.receding_correction == 0) return std::nullopt;
+        return Input::real(boundary.receding_correction);
+      });
   const auto unless_empty = [](const auto& values, int dim) -> std::optional<Input> {
     if (values.empty()) return std::nullopt;
     return write_value(values, dim);
@@ -412,50 +292,6 @@ void BoundarySpec::declare(ParameterTable<BoundarySpec>& table) {
       [=](const BoundarySpec& boundary, int dim) { return unless_empty(boundary.velocities, dim); });
 }
 
-void SolverSpec::declare(ParameterTable<SolverSpec>& table) {
-  table.optional("type", "1", &SolverSpec::type, any_number(), "\"explicit\".");
-  table.choice("stress_order", &SolverSpec::stress_order,
-               {{"usl", StressOrder::usl}, {"usf", StressOrder::usf}, {"musl", StressOrder::musl}},
-               "When a step updates the stress: last (usl), first (usf), or last from velocities mapped once more (musl).");
-  table.optional("flip", "1", &SolverSpec::flip, between_closed(0, 1), "Share of FLIP in the particles' velocity; the rest is PIC.");
-  table.optional("damping", "1/s", &SolverSpec::damping, non_negative(), "alpha of the nodal damping force alpha m v.");
-  table.custom(
-      {"mass_cutoff_relative", "1", "number", "0.001", ">= 0", "Nodes with less than this share of the smallest particle mass do not move.",
-       false},
-      [](SolverSpec& solver, const Input& input, const ReadContext& context) {
-        read_value(input, context, "mass_cutoff_relative", non_negative(), solver.mass_cutoff_relative);
-      },
-      [](const SolverSpec& solver, int) -> std::optional<Input> {
-        if (solver.mass_cutoff) return std::nullopt;
-        return Input::real(solver.mass_cutoff_relative);
-      });
-  table.optional("mass_cutoff", "kg", &SolverSpec::mass_cutoff, non_negative(), "The same as an absolute mass.");
-  table.optional("precision", "1", &SolverSpec::precision, any_number(),
-                 "Of the computation: \"double\", or \"single\" for about 1.5 times the speed with 7 digits.");
-}
-
-void TimeSpec::declare(ParameterTable<TimeSpec>& table) {
-  table.required("end", "s", &TimeSpec::end, positive(), "The run ends at this time.");
-  table.optional("dt", "s", &TimeSpec::dt, positive(), "Fixed time step; without it steps are automatic.");
-  const auto automatic = [&table](const std::string& name, const std::string& unit, auto member, Constraint constraint,
-                                  const std::string& default_text, const std::string& help) {
-    table.custom(
-        {name, unit, "number", default_text, constraint.text, help, false},
-        [=](TimeSpec& time, const Input& input, const ReadContext& context) { read_value(input, context, name, constraint, time.*member); },
-        [=](const TimeSpec& time, int) -> std::optional<Input> {
-          if (time.dt) return std::nullopt;
-          if constexpr (std::is_same_v<decltype(member), Real TimeSpec::*>)
-            return Input::real(time.*member);
-          else
-            return time.*member ? std::optional(Input::real(*(time.*member))) : std::nullopt;
-        });
-  };
-  automatic("cfl", "1", &TimeSpec::cfl, Constraint{"in the interval (0, 1]", [](Real x) { return x > 0 && x <= 1; }}, "0.4",
-            "Share of the stable time step that an automatic step takes.");
-  automatic("dt_max", "s", &TimeSpec::dt_max, positive(), "", "Longest automatic step.");
-  automatic("dt_min", "s", &TimeSpec::dt_min, non_negative(), "0", "The run fails when an automatic step would be shorter.");
-}
-
 void OutputSpec::declare(ParameterTable<OutputSpec>& table) {
   table.optional("history_every", "s", &OutputSpec::history_every, positive(), "Interval of history.csv and probes; default: 200 rows.");
   table.optional("fields_every", "s", &OutputSpec::fields_every, positive(),
@@ -483,6 +319,24 @@ void Case::declare(ParameterTable<Case>& table) {
   table.optional("source", "1", &Case::source, any_number(), "Where the problem comes from.");
   table.optional("dim", "1", &Case::dim, any_number(), "2 (plane strain) or 3.");
   table.optional("gravity", "m/s^2", &Case::gravity, any_number(), "Body force per mass.");
+  const auto unless_empty = [](const std::vector<Real>& values, int dim) -> std::optional<Input> {
+    if (values.empty()) return std::nullopt;
+    return write_value(values, dim);
+  };
+  table.custom(
+      {"gravity_times", "s", "array of numbers", "", "ascending",
+       "Times of a table of factors of gravity: linear between, constant outside.", false},
+      [](Case& problem, const Input& input, const ReadContext& context) {
+        read_value(input, context, "gravity_times", non_negative(), problem.gravity_times);
+      },
+      [=](const Case& problem, int dim) { return unless_empty(problem.gravity_times, dim); });
+  table.custom(
+      {"gravity_factors", "1", "array of numbers", "", "as many as gravity_times", "The factors, e.g. [1, 0] for gravity that ceases.",
+       false},
+      [](Case& problem, const Input& input, const ReadContext& context) {
+        read_value(input, context, "gravity_factors", any_number(), problem.gravity_factors);
+      },
+      [=](const Case& problem, int dim) { return unless_empty(problem.gravity_factors, dim); });
   table.custom(
       {"body_force", "m/s^2", "function", "", "from programs only", "Body force per mass, a function of position and time.", false},
       [](Case& problem, const Input& input, const ReadContext& context) {
@@ -498,7 +352,7 @@ void Case::declare(ParameterTable<Case>& table) {
       });
   section(table, "grid", &Case::grid, "The background grid.", true, check_grid);
   section(table, "time", &Case::time, "End and time step.", true, check_time);
-  section(table, "solver", &Case::solver, "The scheme.", false, check_solver);
+  declare_solver(table);
   section(table, "output", &Case::output, "What is written, and when.", false, check_output);
   list_of(table, "body", &Case::bodies, "A body of particles.", true, body_label, check_body);
   list_of(table, "boundary", &Case::boundaries, "A condition on nodes of the grid.", false, boundary_label, check_boundary);
@@ -518,8 +372,19 @@ Case Case::from_input(const Input& input, const std::string& name) {
   context.dim = problem.dim;
   parameters_of<Case>().read(input, context, problem);
   check_together(problem);
+  check_gravity_table(problem, input);
+  check_for_solver(problem, input);
   check_output_times(problem, input);
   return problem;
+}
+
+Vec3 Case::gravity_at(Real t) const {
+  Real factor = 1;
+  if (!gravity_times.empty())
+    factor = interpolated(gravity_times, gravity_factors, t);
+  else if (solver.type == "implicit" && implicit.mode == ImplicitMode::quasi_static)
+    factor = t / time.end;
+  return {factor * gravity[0], factor * gravity[1], factor * gravity[2]};
 }
 
 Input Case::to_input() const { return parameters_of<Case>().write(*this, dim); }
@@ -529,6 +394,8 @@ std::vector<CaseSection> case_sections() {
           {"grid", "The background grid: a box of equal cells.", parameters_of<GridSpec>().describe()},
           {"time", "End and time step.", parameters_of<TimeSpec>().describe()},
           {"solver", "The explicit scheme.", parameters_of<SolverSpec>().describe()},
+          {"implicit_solver", "[solver] with type = \"implicit\": Newmark and Newton on B-splines or elements.",
+           parameters_of<ImplicitSpec>().describe()},
           {"body", "[[body]], one for each: a region filled with particles of one material.", parameters_of<BodySpec>().describe()},
           {"boundary", "[[boundary]], one for each: a condition on the nodes of a side or region; later ones win.",
            parameters_of<BoundarySpec>().describe()},

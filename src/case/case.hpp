@@ -7,6 +7,8 @@
 #include <map>
 
 #include "body/seeding.hpp"
+#include "case/implicit_spec.hpp"
+#include "case/step_rule.hpp"
 #include "core/parameters.hpp"
 #include "material/material.hpp"
 
@@ -23,8 +25,9 @@ struct VelocityHistory {
 
 /// A body force per mass [m/s^2] as a function of position and time, beside gravity; from programs only.
 struct BodyForce {
-  /// Fills `values` with dim numbers per node, for the nodes of a grid in the order of their numbers (x fastest), at time t [s].
-  std::function<void(Real t, std::vector<Real>& values)> at;
+  /// Fills `values` with dim numbers per point, for points at `positions` [m], dim numbers each, at time t [s]: the nodes of the grid in
+  /// the order of their numbers (x fastest) in the explicit solver, the particles in the order of their ids in the implicit one.
+  std::function<void(Real t, const std::vector<Real>& positions, std::vector<Real>& values)> at;
   bool is_constant = false;  ///< In time: evaluated once.
 };
 
@@ -35,6 +38,8 @@ struct GridSpec {
   std::vector<int> cells;       ///< Cells per direction; either this
   std::vector<Real> cell_size;  ///< or this, one number or one per direction, is given. Both are resolved after reading.
   std::vector<std::string> periodic;
+  std::vector<Real> grading;  ///< Per direction: how many times as long each cell is as the one before it. Empty: equal cells.
+  int refinements = 0;        ///< Cells of a mesh are halved so many times.
   OutsidePolicy particles_outside = OutsidePolicy::error;
   static void declare(ParameterTable<GridSpec>& table);
 };
@@ -59,6 +64,8 @@ struct BoundarySpec {
   std::vector<Real> times;              ///< [s], with velocities: a table in time, linear between, constant outside.
   std::vector<Vec3> velocities;         ///< [m/s], one per time.
   std::shared_ptr<VelocityHistory> velocity_history;
+  bool is_attached = false;
+  Real receding_correction = 0;  ///< C_c [1]
   std::string place;
   static void declare(ParameterTable<BoundarySpec>& table);
 };
@@ -81,6 +88,7 @@ struct TimeSpec {
   Real cfl = 0.4;
   std::optional<Real> dt_max;
   Real dt_min = 0;
+  std::shared_ptr<StepRule> rule;  ///< Of an implicit run without dt.
   static void declare(ParameterTable<TimeSpec>& table);
 };
 
@@ -112,11 +120,14 @@ struct Case {
   std::string source;
   int dim = 2;
   Vec3 gravity{};
+  std::vector<Real> gravity_times;    ///< [s], with factors: a table in time, linear between, constant outside.
+  std::vector<Real> gravity_factors;  ///< [1], one per time.
   std::shared_ptr<BodyForce> body_force;
   GridSpec grid;
   std::vector<BodySpec> bodies;
   std::vector<BoundarySpec> boundaries;
-  SolverSpec solver;
+  SolverSpec solver;  ///< Its type decides which of the two counts.
+  ImplicitSpec implicit;
   TimeSpec time;
   OutputSpec output;
   std::vector<ProbeSpec> probes;
@@ -124,6 +135,10 @@ struct Case {
 
   /// Reads and checks everything that can be checked without making particles. Throws InputError.
   static Case from_input(const Input& input, const std::string& name);
+  bool is_implicit() const { return solver.type == "implicit"; }
+  /// Gravity at time t [m/s^2]: by the table, or growing with the load steps of a quasi-static run that has none.
+  Vec3 gravity_at(Real t) const;
+
   /// All values with their defaults, as a case file would give them: from_input(to_input()) is the same case.
   Input to_input() const;
 };

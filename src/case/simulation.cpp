@@ -63,6 +63,7 @@ std::vector<std::string> Simulation::warnings() const {
         fmt::format("the fixed time step dt = {:.4g} s is above the stable limit of the start, {:.4g} s; the run will probably blow up",
                     *case_.time.dt, stable));
   }
+  for (const std::string& text : solver_->warnings()) all.push_back(text);
   if (case_.solver.stress_order == StressOrder::musl && case_.solver.damping > 0) {
     all.push_back(
         "stress_order = \"musl\" with damping drifts away from the state of rest; use stress_order = \"usl\" for damped problems");
@@ -77,6 +78,7 @@ std::vector<std::string> Simulation::warnings() const {
 
 Real Simulation::next_dt() const {
   if (case_.time.dt) return *case_.time.dt;
+  if (case_.time.rule) return rule_dt();
   // Computed afresh each step: the limit rises again when waves or particles slow down.
   Real dt = case_.time.cfl * solver_->stable_dt();
   if (case_.time.dt_max) dt = std::min(dt, *case_.time.dt_max);
@@ -85,6 +87,18 @@ Real Simulation::next_dt() const {
                       case_.time.dt_min);
   }
   return dt;
+}
+
+Real Simulation::rule_dt() const {
+  StepState state{time_, dt_, {}, {}, 0, 0};
+  const BodyTotals totals = solver_->totals(0);
+  state.lower = totals.lower;
+  state.upper = totals.upper;
+  for (const StepNumber& number : solver_->step_numbers()) {
+    if (number.name == "newton_iterations") state.newton_iterations = static_cast<int>(number.value);
+    if (number.name == "step_cuts") state.step_cuts = static_cast<int>(number.value);
+  }
+  return case_.time.rule->dt(state);
 }
 
 bool Simulation::has_reached(Real event) const {
@@ -170,7 +184,8 @@ RunEnd Simulation::run(ResultsFolder* results, std::optional<Real> until, const 
   if (particle_left_) return RunEnd::particle_left;
   RunEnd ending = step_ > 0 || call_back() ? RunEnd::finished : RunEnd::stopped_by_callback;
   while (ending == RunEnd::finished && !has_reached(end)) {
-    step(std::min({end, history.next(), fields.next()}));
+    // A rule's steps are cut at the end only: outputs fall on the first step at or after their time.
+    step(case_.time.rule ? end : std::min({end, history.next(), fields.next()}));
     if (!call_back()) ending = RunEnd::stopped_by_callback;
     if (particle_left_) ending = RunEnd::particle_left;
     if (interrupt != nullptr && *interrupt != 0) ending = RunEnd::interrupted;

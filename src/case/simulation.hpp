@@ -63,6 +63,8 @@ class Simulation {
  private:
   /// Times at which something is written: multiples of an interval and single times.
   class Schedule;
+  /// The next step by the case's rule [s].
+  Real rule_dt() const;
   /// Whether an event [s] falls on the present step.
   bool has_reached(Real event) const;
   void handle_escapes();

@@ -112,6 +112,27 @@ inline T determinant(const Mat3<T, is_plane>& a) {
   }
 }
 
+/// det(a) a^-T, the matrix of cofactors; of a plane matrix, again a plane one.
+template <class T, bool is_plane>
+inline Mat3<T, is_plane> cofactor(const Mat3<T, is_plane>& a) {
+  Mat3<T, is_plane> result;
+  if constexpr (is_plane) {
+    result(0, 0) = T(a(1, 1) * a(2, 2));
+    result(0, 1) = T(-a(1, 0) * a(2, 2));
+    result(1, 0) = T(-a(0, 1) * a(2, 2));
+    result(1, 1) = T(a(0, 0) * a(2, 2));
+    result(2, 2) = T(a(0, 0) * a(1, 1) - a(0, 1) * a(1, 0));
+  } else {
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) {
+        const int r1 = (r + 1) % 3, r2 = (r + 2) % 3, c1 = (c + 1) % 3, c2 = (c + 2) % 3;
+        result(r, c) = T(a(r1, c1) * a(r2, c2) - a(r1, c2) * a(r2, c1));
+      }
+    }
+  }
+  return result;
+}
+
 /// a : b, the sum of products of entries.
 template <class T, bool is_plane>
 inline T contract(const Mat3<T, is_plane>& a, const Mat3<T, is_plane>& b) {

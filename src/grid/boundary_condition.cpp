@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/interpolate.hpp"
+
 namespace matpoint {
 namespace {
 
@@ -73,6 +75,15 @@ void append_normals(const std::vector<Vec<Dim>>& normals, const int* condition_o
 }
 
 }  // namespace
+
+Vec3 velocity_at(const BoundarySpec& spec, Real t) {
+  if (spec.kind != BoundaryKind::velocity) return {};
+  if (spec.velocity_history) return spec.velocity_history->at(t);
+  if (!spec.times.empty()) return interpolated(spec.times, spec.velocities, t);
+  Vec3 value{};
+  std::copy(spec.velocity.begin(), spec.velocity.end(), value.begin());
+  return value;
+}
 
 template <int Dim, class R>
 BoundaryConditions<Dim, R>::BoundaryConditions(const std::vector<BoundarySpec>& specs, const Grid<Dim, R>& grid) : specs_(specs) {
@@ -179,25 +190,8 @@ template <int Dim, class R>
 std::vector<Vec<Dim>> BoundaryConditions<Dim, R>::velocities(Real t) const {
   std::vector<Vec<Dim>> all(specs_.size(), Vec<Dim>{});
   for (std::size_t c = 0; c < specs_.size(); ++c) {
-    const BoundarySpec& spec = specs_[c];
-    if (spec.kind != BoundaryKind::velocity) continue;
-    if (spec.velocity_history) {
-      const Vec3 value = spec.velocity_history->at(t);
-      std::copy_n(value.begin(), Dim, all[c].begin());
-      continue;
-    }
-    if (spec.times.empty()) {
-      std::copy_n(spec.velocity.begin(), Dim, all[c].begin());
-      continue;
-    }
-    // Linear between the times of the table, constant before the first and after the last.
-    const auto after = std::upper_bound(spec.times.begin(), spec.times.end(), t);
-    const std::size_t k = static_cast<std::size_t>(after - spec.times.begin());
-    const Vec3& upper = spec.velocities[std::min(k, spec.times.size() - 1)];
-    const Vec3& lower = spec.velocities[k == 0 ? 0 : k - 1];
-    const bool is_between = k > 0 && k < spec.times.size();
-    const Real share = is_between ? (t - spec.times[k - 1]) / (spec.times[k] - spec.times[k - 1]) : 0;
-    for (std::size_t d = 0; d < Dim; ++d) all[c][d] = lower[d] + share * (upper[d] - lower[d]);
+    const Vec3 value = velocity_at(specs_[c], t);
+    std::copy_n(value.begin(), Dim, all[c].begin());
   }
   return all;
 }

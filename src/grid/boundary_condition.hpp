@@ -11,6 +11,9 @@
 
 namespace matpoint {
 
+/// The velocity that a condition prescribes at time t [m/s]; 0 unless kind = "velocity".
+Vec3 velocity_at(const BoundarySpec& spec, Real t);
+
 template <int Dim, class R>
 class BoundaryConditions {
  public:

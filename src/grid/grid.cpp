@@ -70,6 +70,19 @@ Vec<Dim> Grid<Dim, R>::node_position(const Place<Dim>& node) const {
 }
 
 template <int Dim, class R>
+std::vector<Real> Grid<Dim, R>::node_positions() const {
+  std::vector<Real> all;
+  all.reserve(static_cast<std::size_t>(node_count()) * Dim);
+  Place<Dim> node{};
+  for (Index n = 0; n < node_count(); ++n) {
+    const Vec<Dim> x = node_position(node);
+    all.insert(all.end(), x.begin(), x.end());
+    for (std::size_t d = 0; d < Dim && ++node[d] == nodes(static_cast<int>(d)); ++d) node[d] = 0;
+  }
+  return all;
+}
+
+template <int Dim, class R>
 Index Grid<Dim, R>::key_of(const Place<Dim>& node) const {
   Index key = 0;
   for (int d = Dim - 1; d >= 0; --d) key = key * (nodes(d) + 2 * k_lanes<R>)+node[static_cast<std::size_t>(d)];

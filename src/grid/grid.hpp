@@ -78,6 +78,8 @@ class Grid {
   bool has_periodic() const { return has_periodic_; }
   Index node_count() const;
   Vec<Dim> node_position(const Place<Dim>& node) const;
+  /// Of all nodes, Dim numbers each, in the order of their numbers (x fastest).
+  std::vector<Real> node_positions() const;
 
   /// Rows of cells in a band.
   int band_rows() const { return band_rows_; }

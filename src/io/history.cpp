@@ -139,6 +139,7 @@ std::vector<HistoryColumn> history_columns(const Solver& solver) {
   };
   add_all(body_columns(solver.dim()), "");
   add_all(balance_columns(solver.dim()), "");
+  for (const StepNumber& number : solver.step_numbers()) names.push_back({number.name, number.unit});
   for (std::size_t b = 0; b < solver.body_count(); ++b) add_all(body_columns(solver.dim()), solver.body_name(b) + ".");
   return names;
 }
@@ -153,6 +154,7 @@ std::vector<Real> history_row(const Snapshot& snapshot) {
   const SystemTotals system = system_totals(snapshot, bodies);
   add_all(body_columns(dim), system.sum);
   add_all(balance_columns(dim), system);
+  for (const StepNumber& number : snapshot.solver.step_numbers()) row.push_back(number.value);
   for (const BodyTotals& body : bodies) add_all(body_columns(dim), without_meaningless(body));
   return row;
 }

@@ -5,12 +5,17 @@
 #include <new>
 
 #include "body/particle_body.hpp"
+#include "core/interpolate.hpp"
+#include "solver/implicit_solver.hpp"
 
 namespace matpoint {
 
 template <int Dim, class R>
 ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
-    : gravity_(problem.gravity),
+    : full_gravity_(problem.gravity),
+      gravity_times_(problem.gravity_times),
+      gravity_factors_(problem.gravity_factors),
+      gravity_(problem.gravity_at(0)),
       body_force_(problem.body_force),
       stress_order_(problem.solver.stress_order),
       kernels_(kernel_table<Dim, R>()),
@@ -23,7 +28,7 @@ ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
     bodies_.push_back(std::make_unique<ParticleBody<Dim, R>>(spec, grid_));
     smallest_mass = std::min(smallest_mass, bodies_.back()->smallest_particle_mass());
   }
-  std::copy_n(problem.gravity.begin(), Dim, dynamics_.gravity.begin());
+  std::copy_n(gravity_.begin(), Dim, dynamics_.gravity.begin());
   dynamics_.damping = problem.solver.damping;
   dynamics_.flip = problem.solver.flip;
   dynamics_.mass_cutoff = problem.solver.mass_cutoff.value_or(problem.solver.mass_cutoff_relative * smallest_mass);
@@ -43,8 +48,22 @@ template <int Dim, class R>
 void ExplicitSolver<Dim, R>::update_body_force(Real t) {
   if (!body_force_ || (body_force_->is_constant && !body_force_values_.empty())) return;
   body_force_values_.resize(static_cast<std::size_t>(grid_.node_count()) * Dim);
-  body_force_->at(t, body_force_values_);
+  if (node_positions_.empty()) node_positions_ = grid_.node_positions();
+  body_force_->at(t, node_positions_, body_force_values_);
   grid_.copy_periodic(body_force_values_);
+}
+
+/// Where gravity changes, so does the gravitational energy of a body that stands still: work of the load.
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::update_gravity(Real t) {
+  if (gravity_times_.empty()) return;
+  const Real factor = interpolated(gravity_times_, gravity_factors_, t);
+  const Vec3 gravity{factor * full_gravity_[0], factor * full_gravity_[1], factor * full_gravity_[2]};
+  if (gravity == gravity_) return;
+  for (const auto& body : bodies_)
+    ledger_.body_force_work += body->totals(gravity).gravitational_energy - body->totals(gravity_).gravitational_energy;
+  gravity_ = gravity;
+  std::copy_n(gravity.begin(), Dim, dynamics_.gravity.begin());
 }
 
 template <int Dim, class R>
@@ -76,6 +95,7 @@ void ExplicitSolver<Dim, R>::check_cutoff(const SolverSpec& spec, Real smallest_
 template <int Dim, class R>
 void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
   update_body_force(t);
+  update_gravity(t);
   if (!is_mapped_) start();
   // What leaves the grid in this step has been pulled for the whole of it.
   for (auto& body : bodies_) {
@@ -185,6 +205,7 @@ Occupancy ExplicitSolver<Dim, R>::occupancy() const {
 
 std::unique_ptr<Solver> make_solver(const Case& problem) {
   try {
+    if (problem.is_implicit()) return make_implicit_solver(problem);
     const bool is_single = problem.solver.precision == "single";
     if (problem.dim == 3) {
       if (is_single) return std::make_unique<ExplicitSolver<3, float>>(problem);

@@ -39,12 +39,17 @@ class ExplicitSolver final : public Solver {
   void start();
   /// Evaluates the body force for a step from time t [s].
   void update_body_force(Real t);
+  void update_gravity(Real t);
   void sweep(const char* label, Sweep what, Real dt);
   void check_state(Real t);
   void check_cutoff(const SolverSpec& spec, Real smallest_mass) const;
 
-  Vec3 gravity_;
+  Vec3 full_gravity_;
+  std::vector<Real> gravity_times_;
+  std::vector<Real> gravity_factors_;
+  Vec3 gravity_;  ///< Now [m/s^2].
   std::shared_ptr<BodyForce> body_force_;
+  std::vector<Real> node_positions_;     ///< For the body force.
   std::vector<Real> body_force_values_;  ///< Dim per node [m/s^2]; empty without a body force.
   StressOrder stress_order_;
   NodalDynamics<Dim> dynamics_;

@@ -58,6 +58,13 @@ struct Escape {
   Vec3 velocity{};
 };
 
+/// A number that a solver tells about its last step, for the history.
+struct StepNumber {
+  std::string name;
+  std::string unit;
+  Real value = 0;
+};
+
 /// The grid's nodes as a whole, for output.
 struct GridGeometry {
   Vec3 lower{};
@@ -101,6 +108,10 @@ class Solver {
   /// Bytes of the particle and grid storage.
   virtual Index memory() const = 0;
   virtual Occupancy occupancy() const = 0;
+  /// Further columns of the history; the same names all through a run.
+  virtual std::vector<StepNumber> step_numbers() const { return {}; }
+  /// Things that work as asked but probably not as meant; one sentence each.
+  virtual std::vector<std::string> warnings() const { return {}; }
 };
 
 /// Makes the bodies' particles, checks that they fit the grid, and returns a solver ready for its first step. Throws InputError.

@@ -12,4 +12,7 @@ const std::map<std::string, std::string>& acceptance_tables();
 /// examples with MUSL at larger steps, against our reference computation).
 std::vector<VerifyRow> acceptance_rows();
 
+/// The rows of one of the tables.
+std::vector<VerifyRow> acceptance_rows(const std::string& table);
+
 }  // namespace matpoint

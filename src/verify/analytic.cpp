@@ -57,6 +57,8 @@ VerifySuite analytic_suite() {
   add_solids(suite);
   add_fluids(suite);
   add_invariants(suite);
+  add_implicit_analytic(suite);
+  add_implicit_paper(suite);
   return suite;
 }
 

@@ -37,8 +37,8 @@ Vec3 momentum(const Simulation& sim) {
 
 Real transfer_loss(const Simulation& sim) {
   const Ledger& ledger = sim.solver().ledger();
-  return sim.initial_energy() - energy(sim) - ledger.damping_dissipation - ledger.viscous_dissipation + ledger.boundary_work -
-         ledger.removed_energy;
+  return sim.initial_energy() - energy(sim) - ledger.damping_dissipation - ledger.viscous_dissipation + ledger.boundary_work +
+         ledger.body_force_work - ledger.removed_energy;
 }
 
 Real momentum_remainder(const Simulation& sim) {
@@ -47,7 +47,7 @@ Real momentum_remainder(const Simulation& sim) {
   Real worst = 0;
   for (std::size_t d = 0; d < 3; ++d) {
     const Real expected = sim.initial_momentum()[d] + ledger.gravity_impulse[d] + ledger.boundary_impulse[d] + ledger.damping_impulse[d] +
-                          ledger.cutoff_impulse[d] - ledger.removed_momentum[d];
+                          ledger.body_force_impulse[d] + ledger.cutoff_impulse[d] - ledger.removed_momentum[d];
     worst = std::max(worst, std::abs(now[d] - expected));
   }
   return worst;

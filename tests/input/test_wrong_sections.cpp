@@ -153,8 +153,8 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         WrongInput{"type",
                    "flip = 1",
-                   "type = \"implicit\"",
-                   {"solver: type: \"implicit\" is unknown, allowed: \"explicit\"", "did you mean \"explicit\"?"}},
+                   "type = \"implict\"",
+                   {"solver: type: \"implict\" is unknown, allowed: \"explicit\" or \"implicit\"", "did you mean \"implicit\"?"}},
         WrongInput{"stress_order",
                    "\"musl\"",
                    "\"muls\"",

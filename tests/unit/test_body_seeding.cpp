@@ -8,7 +8,7 @@ namespace matpoint::test {
 namespace {
 
 constexpr Real k_epsilon = std::numeric_limits<Real>::epsilon();
-const SeedingGrid k_unit_grid{2, {0, 0, 0}, {0.1, 0.1, 0}};
+const SeedingGrid k_unit_grid{2, {0, 0, 0}, {1, 1, 0}, {0.1, 0.1, 0}};
 
 Real sum(const std::vector<Real>& values) {
   Real total = 0;
@@ -79,7 +79,7 @@ TEST(Lattice, gauss_points_integrate_cubics_over_a_box_exactly) {
 }
 
 TEST(Lattice, in_3d_runs_z_innermost) {
-  const SeedingGrid grid{3, {0, 0, 0}, {0.1, 0.1, 0.1}};
+  const SeedingGrid grid{3, {0, 0, 0}, {1, 1, 1}, {0.1, 0.1, 0.1}};
   const Seeds seeds = layout("{ type = 'lattice', divisions = [2, 3, 4], points = 1 }", 3)
                           ->fill(region("{ type = 'box', lower = [0, 0, 0], upper = [2, 3, 4] }", 3).get(), grid);
   ASSERT_EQ(seeds.position.size(), 24u);
@@ -107,7 +107,7 @@ TEST(Lattice, of_a_region_without_a_formula_gives_each_particle_its_box) {
 }
 
 TEST(PerCell, puts_the_same_points_into_each_cell_of_a_shifted_grid) {
-  const SeedingGrid grid{2, {-0.35, 0.07, 0}, {0.2, 0.5, 0}};
+  const SeedingGrid grid{2, {-0.35, 0.07, 0}, {10, 10, 0}, {0.2, 0.5, 0}};
   // Two cells along x, three along y, on the lines of the grid.
   const RegionPointer box = region("{ type = 'box', lower = [0.05, 0.57], upper = [0.45, 2.07] }");
   const Seeds seeds = layout("{ type = 'per_cell', count = [2, 3] }")->fill(box.get(), grid);
@@ -141,7 +141,7 @@ TEST(PerCell, one_number_is_spread_evenly_and_works_in_3d_and_for_regions_off_th
       layout("{ type = 'per_cell', count = 4 }")->fill(region("{ type = 'box', lower = [0, 0], upper = [1, 1] }").get(), k_unit_grid);
   EXPECT_EQ(flat.position.size(), 400u);
   EXPECT_NEAR(flat.position[0][0], 0.025, 10 * k_epsilon);
-  const SeedingGrid grid{3, {0.1, 0, -0.2}, {0.25, 0.25, 0.5}};
+  const SeedingGrid grid{3, {0.1, 0, -0.2}, {10, 10, 10}, {0.25, 0.25, 0.5}};
   const Seeds solid = layout("{ type = 'per_cell', count = 8 }", 3)
                           ->fill(region("{ type = 'box', lower = [0.1, 0, -0.2], upper = [1.1, 1, 0.8] }", 3).get(), grid);
   EXPECT_EQ(solid.position.size(), 8u * 4 * 4 * 2);

@@ -108,7 +108,7 @@ TEST_P(FromPrograms, uniform_body_force_is_gravity_and_is_booked) {
   const auto dim = static_cast<std::size_t>(GetParam().dim);
   forced.body_force = std::make_shared<BodyForce>();
   forced.body_force->is_constant = true;
-  forced.body_force->at = [dim](Real, std::vector<Real>& values) {
+  forced.body_force->at = [dim](Real, const std::vector<Real>&, std::vector<Real>& values) {
     for (std::size_t i = 0; i < values.size(); ++i) values[i] = i % dim == 1 ? -9.81 : 0;
   };
   Simulation a(heavy), b(forced);

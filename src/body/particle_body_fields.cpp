@@ -1,0 +1,255 @@
+// What a body in cell blocks tells about itself, and what may be assigned to it.
+#include <algorithm>
+#include <cmath>
+
+#include "body/particle_body.hpp"
+#include "body/particle_fields.hpp"
+#include "core/parallel.hpp"
+#include "material/function_material.hpp"
+
+namespace matpoint {
+
+template <int Dim, class R>
+Vec3 ParticleBody<Dim, R>::velocity(const Particle& p) const {
+  Vec3 v{};
+  for (int d = 0; d < Dim; ++d) v[static_cast<std::size_t>(d)] = p.field(blocks_->layout().v + d);
+  return v;
+}
+
+template <int Dim, class R>
+Real ParticleBody<Dim, R>::volume0(const Particle& p) const {
+  return blocks_->layout().volume >= 0 ? p.field(blocks_->layout().volume) : uniform_volume_;
+}
+
+template <int Dim, class R>
+Material::Matrix ParticleBody<Dim, R>::deformation_gradient(const Particle& p) const {
+  Material::Matrix F{1, 0, 0, 0, 1, 0, 0, 0, 1};
+  for (int r = 0; r < Dim; ++r) {
+    for (int c = 0; c < Dim; ++c) F[static_cast<std::size_t>(3 * r + c)] = p.field(blocks_->layout().F + r * Dim + c);
+  }
+  return F;
+}
+
+template <int Dim, class R>
+Real ParticleBody<Dim, R>::J(const Particle& p) const {
+  return determinant_of(deformation_gradient(p));
+}
+
+template <int Dim, class R>
+std::array<Real, 6> ParticleBody<Dim, R>::cauchy_stress(const Particle& p) const {
+  std::array<Real, 6> sigma{};
+  const SlotLayout<Dim>& at = blocks_->layout();
+  if (at.tau >= 0) {
+    for (std::size_t s = 0; s < k_stress_size<Dim>; ++s) sigma[s] = p.field(at.tau + static_cast<int>(s));
+  } else {
+    sigma = components_of(material_->kirchhoff_stress(deformation_gradient(p)));
+  }
+  const Real volume_ratio = J(p);
+  for (Real& component : sigma) component /= volume_ratio;
+  return sigma;
+}
+
+template <int Dim, class R>
+BodyTotals ParticleBody<Dim, R>::totals_of(const Particle& p, const Vec3& gravity) const {
+  return matpoint::totals_of({p.position, velocity(p), volume0(p), deformation_gradient(p), cauchy_stress(p)}, *material_, gravity);
+}
+
+template <int Dim, class R>
+BodyTotals ParticleBody<Dim, R>::totals(const Vec3& gravity) const {
+  // Per band, then in the order of the bands: the same bits for any number of threads.
+  const std::vector<Band>& bands = blocks_->bands();
+  std::vector<BodyTotals> parts(bands.size());
+  parallel_for(static_cast<Index>(bands.size()), blocks_->count(), [&](Index b) {
+    const auto s = static_cast<std::size_t>(b);
+    blocks_->for_each(bands[s], [&](const R* fields, const Vec3& x) {
+      add(parts[s], totals_of(Particle{fields, k_lanes<R>, x}, gravity));
+    });
+  });
+  BodyTotals sum;
+  for (const BodyTotals& part : parts) {
+    if (part.particle_count > 0) add(sum, part);
+  }
+  Real outside_mass = 0;
+  for (const Outside& outside : outside_) {
+    const BodyTotals one = totals_of(particle_of(outside), gravity);
+    outside_mass += one.mass;
+    add(sum, one);
+  }
+  if (sum.mass > 0) {
+    for (Real& x : sum.center_of_mass) x /= sum.mass;
+  }
+  // As it was summed once and for all: the order of the particles changes, and with it the rounding of a sum over them.
+  sum.mass = mass_ + outside_mass;
+  return sum;
+}
+
+template <int Dim, class R>
+std::vector<std::string> ParticleBody<Dim, R>::field_names() const {
+  return particle_field_names();
+}
+
+template <int Dim, class R>
+std::vector<std::int32_t> ParticleBody<Dim, R>::rows_of_ids() const {
+  std::vector<std::int32_t> rows(static_cast<std::size_t>(id_count_), -1);
+  for_each_particle([&](const Particle& p) { rows[static_cast<std::size_t>(id(p))] = 0; });
+  std::int32_t next = 0;
+  for (std::int32_t& row : rows) {
+    if (row == 0) row = next++;
+  }
+  return rows;
+}
+
+template <int Dim, class R>
+template <class F>
+void ParticleBody<Dim, R>::for_each_particle_in_parallel(F&& f) const {
+  const std::vector<Band>& bands = blocks_->bands();
+  parallel_for(static_cast<Index>(bands.size()), blocks_->count(), [&](Index b) {
+    blocks_->for_each(bands[static_cast<std::size_t>(b)], [&](const R* fields, const Vec3& position) {
+      f(Particle{fields, k_lanes<R>, position});
+    });
+  });
+  for (const Outside& outside : outside_) f(particle_of(outside));
+}
+
+template <int Dim, class R>
+Field ParticleBody<Dim, R>::field(const std::string& name, std::size_t body) const {
+  // Without removed particles an id is its own row.
+  const std::vector<std::int32_t> rows = particle_count() == id_count_ ? std::vector<std::int32_t>{} : rows_of_ids();
+  const auto gather = [&](const std::string& unit, std::size_t components, auto&& values_of) {
+    Field field{name, unit, static_cast<int>(components), {}};
+    field.values.resize(static_cast<std::size_t>(particle_count()) * components);
+    for_each_particle_in_parallel([&](const Particle& p) {
+      const auto number = static_cast<std::size_t>(id(p));
+      const std::size_t row = rows.empty() ? number : static_cast<std::size_t>(rows[number]);
+      const auto values = values_of(p);
+      std::copy_n(values.begin(), components, field.values.begin() + static_cast<std::ptrdiff_t>(row * components));
+    });
+    return field;
+  };
+  return gather_field<Dim>(*this, *material_, name_, body, name, gather);
+}
+
+template <int Dim, class R>
+void ParticleBody<Dim, R>::set_field(const std::string& name, const std::vector<Real>& values) {
+  check_assigned_field(name_, name, particle_count(), Dim, values);
+  if (name == "velocity") set_velocity(values);
+  if (name == "position") set_position(values);
+  if (name == "deformation_gradient") set_deformation_gradient(values);
+  measure_extremes();
+}
+
+template <int Dim, class R>
+template <class F>
+void ParticleBody<Dim, R>::change_each_particle(F&& f) {
+  const std::vector<std::int32_t> rows = rows_of_ids();
+  const auto row_of = [&](const Particle& p) { return static_cast<std::size_t>(rows[static_cast<std::size_t>(id(p))]); };
+  // The particles are this body's own; a view of them is constant only for the outputs.
+  for_each_particle([&](const Particle& p) { f(const_cast<R*>(p.fields), p.stride, row_of(p)); });
+}
+
+template <int Dim, class R>
+void ParticleBody<Dim, R>::set_velocity(const std::vector<Real>& values) {
+  change_each_particle([&](R* fields, int stride, std::size_t row) {
+    for (int d = 0; d < Dim; ++d)
+      fields[(blocks_->layout().v + d) * stride] = static_cast<R>(values[row * Dim + static_cast<std::size_t>(d)]);
+  });
+}
+
+template <int Dim, class R>
+void ParticleBody<Dim, R>::set_deformation_gradient(const std::vector<Real>& values) {
+  const SlotLayout<Dim>& at = blocks_->layout();
+  // At rest: the rate of the last step belongs to another state. All before the first change, for a law given by a program may fail.
+  const std::vector<Real> tau = at.tau >= 0 ? stresses_at_rest(values) : std::vector<Real>{};
+  change_each_particle([&](R* fields, int stride, std::size_t row) {
+    for (int r = 0; r < Dim; ++r) {
+      for (int c = 0; c < Dim; ++c)
+        fields[(at.F + r * Dim + c) * stride] = static_cast<R>(values[9 * row + static_cast<std::size_t>(3 * r + c)]);
+    }
+    for (int s = 0; at.tau >= 0 && s < k_stress_size<Dim>; ++s)
+      fields[(at.tau + s) * stride] = static_cast<R>(tau[6 * row + static_cast<std::size_t>(s)]);
+  });
+}
+
+template <int Dim, class R>
+std::vector<Real> ParticleBody<Dim, R>::stresses_at_rest(const std::vector<Real>& F) {
+  const std::size_t count = F.size() / 9;
+  const SlotLayout<Dim>& at = blocks_->layout();
+  const auto history_size = static_cast<std::size_t>(material_->history_size());
+  std::vector<Real> history(count * history_size);
+  change_each_particle([&](const R* fields, int stride, std::size_t row) {
+    for (std::size_t h = 0; h < history_size; ++h)
+      history[row * history_size + h] = static_cast<Real>(fields[(at.history + static_cast<int>(h)) * stride]);
+  });
+  std::vector<Real> tau(9 * count);
+  if (const auto* function = dynamic_cast<const FunctionMaterial*>(material_.get())) {
+    const std::vector<Real> L(9 * count, 0);
+    function->evaluate({static_cast<Index>(count), F.data(), L.data(), 0, history.data(), tau.data()});
+    function->rethrow();
+  } else {
+    for (std::size_t i = 0; i < tau.size(); i += 9) {
+      Material::Matrix m;
+      std::copy_n(F.begin() + static_cast<std::ptrdiff_t>(i), 9, m.begin());
+      m = material_->kirchhoff_stress(m);
+      std::copy(m.begin(), m.end(), tau.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+  }
+  std::vector<Real> components(6 * count);
+  for (std::size_t row = 0; row < count; ++row) {
+    Material::Matrix m;
+    std::copy_n(tau.begin() + static_cast<std::ptrdiff_t>(9 * row), 9, m.begin());
+    const std::array<Real, 6> one = components_of(m);
+    if (!std::all_of(one.begin(), one.end(), [](Real x) { return std::isfinite(x); }))
+      throw InputError("body \"{}\": the stress that belongs to deformation_gradient of particle row {} is not finite", name_, row);
+    std::copy(one.begin(), one.end(), components.begin() + static_cast<std::ptrdiff_t>(6 * row));
+  }
+  return components;
+}
+
+template <int Dim, class R>
+void ParticleBody<Dim, R>::set_position(const std::vector<Real>& values) {
+  if (!outside_.empty()) throw InputError("body \"{}\": position cannot be assigned while particles are outside of the grid", name_);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const int d = static_cast<int>(i % Dim);
+    if (values[i] >= grid_.lower(d) && values[i] <= grid_.upper(d)) continue;
+    throw InputError("body \"{}\": position of particle row {} is outside of the grid: {} = {}, allowed: {} to {}", name_, i / Dim,
+                     "xyz"[d], values[i], grid_.lower(d), grid_.upper(d));
+  }
+  const SlotLayout<Dim>& at = blocks_->layout();
+  const auto field_count = static_cast<std::size_t>(at.field_count);
+  std::vector<R> all(static_cast<std::size_t>(particle_count()) * field_count);
+  change_each_particle([&](R* fields, int stride, std::size_t row) {
+    for (std::size_t f = 0; f < field_count; ++f) all[row * field_count + f] = fields[static_cast<int>(f) * stride];
+  });
+  blocks_->remove_all();
+  for (std::size_t row = 0; row < values.size() / Dim; ++row) {
+    Place<Dim> cell;
+    R* const fields = all.data() + row * field_count;
+    for (int d = 0; d < Dim; ++d) {
+      const auto s = static_cast<std::size_t>(d);
+      const Real place = (values[row * Dim + s] - grid_.lower(d)) / grid_.cell_size(d);
+      cell[s] = std::min(static_cast<int>(place), grid_.cells(d) - 1);  // points on the far side belong to the last cell
+      fields[at.x + d] = static_cast<R>(std::min(place - cell[s], Real{1}));
+    }
+    blocks_->insert(cell, fields);
+  }
+  for (Band& band : blocks_->bands()) blocks_->prune(band);
+}
+
+template <int Dim, class R>
+void ParticleBody<Dim, R>::measure_extremes() {
+  std::fill_n(speed_max_, Dim, Real{0});
+  J_min_ = J_max_ = 1;
+  for_each_particle([&](const Particle& p) {
+    const Vec3 v = velocity(p);
+    for (int d = 0; d < Dim; ++d) speed_max_[d] = std::max(speed_max_[d], std::abs(v[static_cast<std::size_t>(d)]));
+    J_min_ = std::min(J_min_, J(p));
+    J_max_ = std::max(J_max_, J(p));
+  });
+}
+
+template class ParticleBody<2, double>;
+template class ParticleBody<3, double>;
+template class ParticleBody<2, float>;
+template class ParticleBody<3, float>;
+
+}  // namespace matpoint

@@ -1,0 +1,185 @@
+#include "body/point_body.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "body/particle_fields.hpp"
+#include "core/parallel.hpp"
+
+namespace matpoint {
+namespace {
+
+/// Particles whose totals one thread adds; the sums of the pieces are added in their order.
+constexpr std::size_t k_piece = 4096;
+
+}  // namespace
+
+/// The accessors that gather_field asks for.
+template <int Dim>
+struct PointBody<Dim>::Rows {
+  const PointBody& body;
+  Vec3 position(std::size_t p) const { return body.row_position(p); }
+  Vec3 velocity(std::size_t p) const { return widened(body.velocity[p]); }
+  std::array<Real, 6> cauchy_stress(std::size_t p) const { return body.row_cauchy_stress(p); }
+  Material::Matrix deformation_gradient(std::size_t p) const { return body.row_deformation_gradient(p); }
+  Real J(std::size_t p) const { return determinant_of(body.row_deformation_gradient(p)); }
+  Index id(std::size_t p) const { return body.id[p]; }
+  Real volume0(std::size_t p) const { return body.volume0[p]; }
+};
+
+template <int Dim>
+PointBody<Dim>::PointBody(const BodySpec& spec, const SeedingGrid& grid) : name_(spec.name), material_(spec.material) {
+  const Seeds seeds = fill_body(spec, place_of(spec), grid);
+  const std::size_t n = seeds.position.size();
+  position.resize(n);
+  velocity.resize(n);
+  acceleration.resize(n);
+  F.assign(n * Dim * Dim, 0);
+  volume0 = seeds.volume;
+  mass.resize(n);
+  history.assign(n * static_cast<std::size_t>(material_->history_size()), 0);
+  id.resize(n);
+  std::iota(id.begin(), id.end(), Index{0});
+  for (std::size_t p = 0; p < n; ++p) {
+    const Vec3 v = spec.velocity ? spec.velocity->at(seeds.position[p]) : Vec3{};
+    std::copy_n(seeds.position[p].begin(), Dim, position[p].begin());
+    std::copy_n(v.begin(), Dim, velocity[p].begin());
+    for (std::size_t d = 0; d < Dim; ++d) F[p * Dim * Dim + d * Dim + d] = 1;
+    mass[p] = volume0[p] * material_->density();
+  }
+  total_mass_ = std::accumulate(mass.begin(), mass.end(), Real{0});
+  if (material_->is_rate_dependent()) tau.resize(6 * n);
+  reset_stress();
+}
+
+template <int Dim>
+void PointBody<Dim>::reset_stress() {
+  for (std::size_t p = 0; 6 * p < tau.size(); ++p) {
+    const std::array<Real, 6> one = components_of(material_->kirchhoff_stress(row_deformation_gradient(p)));
+    std::copy(one.begin(), one.end(), tau.begin() + static_cast<std::ptrdiff_t>(6 * p));
+  }
+}
+
+template <int Dim>
+Vec3 PointBody<Dim>::widened(const Vec<Dim>& a) {
+  Vec3 x{};
+  std::copy(a.begin(), a.end(), x.begin());
+  return x;
+}
+
+template <int Dim>
+Material::Matrix PointBody<Dim>::row_deformation_gradient(std::size_t p) const {
+  Material::Matrix matrix{1, 0, 0, 0, 1, 0, 0, 0, 1};
+  for (std::size_t r = 0; r < Dim; ++r) {
+    for (std::size_t c = 0; c < Dim; ++c) matrix[3 * r + c] = F[(p * Dim + r) * Dim + c];
+  }
+  return matrix;
+}
+
+template <int Dim>
+std::array<Real, 6> PointBody<Dim>::row_cauchy_stress(std::size_t p) const {
+  const Material::Matrix matrix = row_deformation_gradient(p);
+  std::array<Real, 6> sigma;
+  if (tau.empty())
+    sigma = components_of(material_->kirchhoff_stress(matrix));
+  else
+    std::copy_n(tau.begin() + static_cast<std::ptrdiff_t>(6 * p), 6, sigma.begin());
+  const Real J = determinant_of(matrix);
+  for (Real& component : sigma) component /= J;
+  return sigma;
+}
+
+template <int Dim>
+BodyTotals PointBody<Dim>::totals(const Vec3& gravity) const {
+  const auto n = static_cast<std::size_t>(count());
+  std::vector<BodyTotals> parts((n + k_piece - 1) / k_piece);
+  parallel_for(static_cast<Index>(parts.size()), count(), [&](Index k) {
+    const std::size_t first = static_cast<std::size_t>(k) * k_piece;
+    for (std::size_t p = first; p < std::min(n, first + k_piece); ++p) {
+      add(parts[static_cast<std::size_t>(k)],
+          totals_of({row_position(p), widened(velocity[p]), volume0[p], row_deformation_gradient(p), row_cauchy_stress(p)}, *material_,
+                    gravity));
+    }
+  });
+  BodyTotals sum;
+  for (const BodyTotals& part : parts) add(sum, part);
+  if (sum.mass > 0) {
+    for (Real& x : sum.center_of_mass) x /= sum.mass;
+  }
+  sum.mass = total_mass_;
+  return sum;
+}
+
+template <int Dim>
+Field PointBody<Dim>::field(const std::string& name, std::size_t body) const {
+  const auto gather = [&](const std::string& unit, std::size_t components, auto&& values_of) {
+    Field field{name, unit, static_cast<int>(components), {}};
+    field.values.resize(static_cast<std::size_t>(count()) * components);
+    for (std::size_t p = 0; p < static_cast<std::size_t>(count()); ++p) {
+      const auto values = values_of(p);
+      std::copy_n(values.begin(), components, field.values.begin() + static_cast<std::ptrdiff_t>(p * components));
+    }
+    return field;
+  };
+  return gather_field<Dim>(Rows{*this}, *material_, name_, body, name, gather);
+}
+
+template <int Dim>
+void PointBody<Dim>::set_field(const std::string& name, const std::vector<Real>& values) {
+  check_assigned_field(name_, name, count(), Dim, values);
+  for (std::size_t p = 0; p < static_cast<std::size_t>(count()); ++p) {
+    if (name == "position") std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(p * Dim), Dim, position[p].begin());
+    if (name == "velocity") std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(p * Dim), Dim, velocity[p].begin());
+    if (name == "deformation_gradient") {
+      for (std::size_t r = 0; r < Dim; ++r) {
+        for (std::size_t c = 0; c < Dim; ++c) F[(p * Dim + r) * Dim + c] = values[9 * p + 3 * r + c];
+      }
+    }
+  }
+  // At rest: the rate of the last step belongs to another state.
+  if (name == "deformation_gradient") reset_stress();
+}
+
+template <int Dim>
+void PointBody<Dim>::remove(const std::vector<Index>& rows, const Vec3& gravity, Ledger& ledger) {
+  std::vector<bool> is_removed(mass.size(), false);
+  for (const Index row : rows) {
+    const auto p = static_cast<std::size_t>(row);
+    is_removed[p] = true;
+    const BodyTotals one = totals_of({row_position(p), widened(velocity[p]), volume0[p], row_deformation_gradient(p), row_cauchy_stress(p)},
+                                     *material_, gravity);
+    ++ledger.removed_count;
+    ledger.removed_mass += one.mass;
+    total_mass_ -= one.mass;
+    for (std::size_t d = 0; d < 3; ++d) ledger.removed_momentum[d] += one.momentum[d];
+    ledger.removed_energy += one.kinetic_energy + one.strain_energy + one.gravitational_energy;
+  }
+  const auto keep = [&](auto& array) {
+    const std::size_t width = array.size() / is_removed.size();
+    std::size_t next = 0;
+    for (std::size_t k = 0; k < array.size(); ++k) {
+      if (!is_removed[k / width]) array[next++] = array[k];
+    }
+    array.resize(next);
+  };
+  keep(position);
+  keep(velocity);
+  keep(acceleration);
+  keep(F);
+  keep(volume0);
+  keep(mass);
+  if (!history.empty()) keep(history);
+  if (!tau.empty()) keep(tau);
+  keep(id);
+}
+
+template <int Dim>
+Index PointBody<Dim>::memory() const {
+  const std::size_t numbers = position.size() * 3 * Dim + F.size() + volume0.size() + mass.size() + history.size() + tau.size() + id.size();
+  return static_cast<Index>(numbers * sizeof(Real));
+}
+
+template class PointBody<2>;
+template class PointBody<3>;
+
+}  // namespace matpoint

@@ -1,0 +1,34 @@
+// The section [solver] of a case with type = "implicit".
+#pragma once
+
+#include "core/parameters.hpp"
+
+namespace matpoint {
+
+enum class BasisKind { bspline, element };
+enum class ImplicitMode { dynamic, quasi_static };
+enum class InitialAcceleration { consistent, zero };
+enum class StepHalving { inversion, residual };
+
+struct ImplicitSpec {
+  std::string type = "implicit";
+  ImplicitMode mode = ImplicitMode::dynamic;
+  BasisKind basis = BasisKind::bspline;
+  int element_order = 2;
+  Real beta = 0.3;
+  Real gamma = 0.5;
+  InitialAcceleration initial_acceleration = InitialAcceleration::consistent;
+  std::vector<Real> soft_stiffness = {1e-6, 1e-10};  ///< C_1, C_2 [1]
+  Real increment_tolerance = 1e-9;
+  Real increment_absolute = 1e-13;
+  Real residual_tolerance = 0;
+  Real residual_absolute = 0;
+  int iterations_max = 20;
+  int step_cuts_max = 8;
+  StepHalving halving = StepHalving::residual;
+  std::string linear_solver = "auto";
+  Real linear_tolerance = 1e-10;
+  static void declare(ParameterTable<ImplicitSpec>& table);
+};
+
+}  // namespace matpoint

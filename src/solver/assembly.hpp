@@ -1,0 +1,88 @@
+// The residual of an implicit step and its exact derivative, summed over particles as quadrature points.
+//
+// Per particle, with A = I + sum_K u_K g*_K the deformation in the step, and S = tau A^-T from the law with its derivative dS/dA:
+//   r_I  += V0 S g_I + m N_I (c_u du - c_v v - c_a a - b),   du = sum_K N_K u_K
+//   K_IK += V0 g_I (dS/dA) g*_K + m c_u N_I N_K
+// Cells are worked in parallel into matrices of their own; these are added to the sparse matrix in the order of the cells, so that the
+// result has the same bits for any number of threads.
+#pragma once
+
+#include "core/profile.hpp"
+#include "material/tangent.hpp"
+#include "solver/linear_solver.hpp"
+#include "solver/step_space.hpp"
+
+namespace matpoint {
+
+/// The acceleration at the end of a step, c_u du - c_v v - c_a a; all 0 without inertia.
+struct StepInertia {
+  Real u = 0;  ///< [1/s^2]
+  Real v = 0;  ///< [1/s]
+  Real a = 0;  ///< [1]
+};
+
+/// What a step adds to the particles' equations.
+template <int Dim>
+struct StepLoad {
+  Real dt = 0;  ///< [s]
+  StepInertia inertia;
+  Vec<Dim> gravity{};                ///< At the end of the step [m/s^2].
+  const Real* body_force = nullptr;  ///< The same beside gravity, Dim numbers per row of the body, or null.
+};
+
+/// The first particle that a displacement would turn inside out.
+struct Inversion {
+  Index row = -1;  ///< Of the body; -1 if there is none.
+  Real J = 1;      ///< det A
+};
+
+template <int Dim>
+class Assembly {
+ public:
+  /// Throws InputError for a law without a tangent.
+  Assembly(const PointBody<Dim>& body, const StepSpace<Dim>& space);
+
+  /// To be called when the space has been updated: makes the sparse matrix's places if they changed, and the soft stiffness.
+  void start();
+
+  /// Residual by active node and component [N], Dim numbers per node, of the step displacements `u` [m]; and, unless null, the matrix.
+  void assemble(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, bool with_matrix);
+  const SparseMatrix& matrix() const { return matrix_; }
+  /// Whether the matrix's places changed in the last start().
+  bool is_new_pattern() const { return is_new_pattern_; }
+
+  /// The least det A under the displacements; not positive or not finite is an inversion.
+  Inversion find_inversion(const std::vector<Real>& u) const;
+
+  /// A of all particles, Dim x Dim numbers each, and their displacements [m], in the order of the space's particles.
+  void deform(const std::vector<Real>& u, std::vector<Real>& A, std::vector<Vec<Dim>>& du) const;
+
+  TangentFunction<Dim> law() const { return law_; }
+  /// Shear modulus that the soft stiffness is a share of [Pa].
+  Real soft_modulus() const { return soft_modulus_; }
+
+ private:
+  struct Kernels;
+  void make_pattern();
+  void make_soft_stiffness();
+  void scatter(std::size_t cell, const Real* K);
+  std::size_t width() const { return static_cast<std::size_t>(space_.functions() * Dim); }
+
+  const PointBody<Dim>& body_;
+  const StepSpace<Dim>& space_;
+  TangentFunction<Dim> law_;
+  const void* law_data_;
+  Real soft_modulus_ = 0;
+
+  SparseMatrix matrix_;
+  Index pattern_ = -1;
+  bool is_new_pattern_ = true;
+  std::vector<int> first_unknown_;  ///< Per active node: unknowns before it.
+  std::vector<int> row_offset_;     ///< Per cell and pair of its nodes (I, K): place of I's rows in the columns of K.
+  std::vector<int> soft_cells_;     ///< Per cell: place in soft_stiffness_, or -1.
+  std::vector<Real> soft_stiffness_;
+  std::vector<Real> cell_matrices_;
+  std::vector<Real> cell_residuals_;
+};
+
+}  // namespace matpoint

@@ -1,0 +1,106 @@
+// Implicit MPM: Newmark's method in time, Newton's method in each step, particles as quadrature points. Nothing goes from the particles to
+// the grid but forces and masses: the unknowns are the displacements of the step, and the particles read theirs off the converged field.
+//
+// Source: the paper on implicit MPM and its coupling with finite elements, sections 2, 3 and 5; docs/implicit.md has the equations with
+// every gap closed.
+#pragma once
+
+#include "body/point_body.hpp"
+#include "mesh/basis.hpp"
+#include "solver/assembly.hpp"
+#include "solver/linear_solver.hpp"
+#include "solver/step_space.hpp"
+
+namespace matpoint {
+
+/// How Newton's method went in one step.
+struct NewtonReport {
+  std::vector<Real> residuals;   ///< Norms over the unknowns before each iteration [N], and after the last one.
+  std::vector<Real> increments;  ///< Of each iteration, relative to the displacement of the step [1].
+  int halvings = 0;              ///< How often an increment was halved.
+};
+
+template <int Dim>
+class ImplicitSolver final : public Solver {
+ public:
+  explicit ImplicitSolver(const Case& problem);
+
+  int dim() const override { return Dim; }
+  const GridGeometry& grid() const override { return geometry_; }
+  void step(Real t, Real dt) override;
+  Real stable_dt() const override { return std::numeric_limits<Real>::infinity(); }
+  const std::vector<Escape>& escapes() const override { return escapes_; }
+  void remove_escaped() override;
+
+  std::size_t body_count() const override { return 1; }
+  const std::string& body_name(std::size_t) const override { return body_.name(); }
+  Index particle_count(std::size_t) const override { return body_.count(); }
+  std::vector<std::string> field_names(std::size_t) const override;
+  Field field(std::size_t body, const std::string& name) const override { return body_.field(name, body); }
+  void set_field(std::size_t body, const std::string& name, const std::vector<Real>& values) override;
+  std::vector<Field> grid_fields() const override { return {}; }
+  BodyTotals totals(std::size_t) const override { return body_.totals(gravity_); }
+  const Ledger& ledger() const override { return ledger_; }
+  const Profile& profile() const override { return profile_; }
+  Index node_count() const override { return basis_->node_count(); }
+  Index memory() const override;
+  Occupancy occupancy() const override;
+  std::vector<StepNumber> step_numbers() const override;
+  std::vector<std::string> warnings() const override;
+
+  // For tests: the parts of a step.
+  const NewtonReport& newton_report() const { return report_; }
+  StepSpace<Dim>& space() { return space_; }
+  Assembly<Dim>& assembly() { return assembly_; }
+  const PointBody<Dim>& body() const { return body_; }
+
+ private:
+  /// What a try of a step came to; empty text: it converged.
+  struct Failure {
+    std::string text;
+  };
+  /// Advances by dt, in halves where Newton's method fails.
+  void advance(Real t, Real dt, int cuts);
+  std::optional<std::string> try_step(Real t, Real dt);
+  /// Newton's method from u = 0: fills `u`, or says why it failed.
+  std::optional<std::string> solve(const StepLoad<Dim>& load, std::vector<Real>& u);
+  bool has_converged(const std::vector<Real>& u, const std::vector<Real>& increment, Real scale);
+  void set_initial_acceleration(Real t, Real dt);
+  StepLoad<Dim> make_load(Real t_end, Real dt);
+  StepInertia newmark(Real dt) const;
+  void commit(Real t, Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u);
+  void book(Real t_end, Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Real>& residual);
+  void change_gravity(const Vec3& gravity);
+  void check_support() const;
+  Real unknown_norm(const std::vector<Real>& nodal) const;
+  void find_escapes();
+
+  Case case_;
+  ImplicitSpec spec_;
+  std::unique_ptr<Basis<Dim>> basis_;
+  GridGeometry geometry_;
+  PointBody<Dim> body_;
+  NodeConditions<Dim> conditions_;
+  StepSpace<Dim> space_;
+  Assembly<Dim> assembly_;
+  std::unique_ptr<LinearSolver> linear_solver_;
+  bool is_analyzed_ = false;
+  Vec3 gravity_;  ///< Now [m/s^2].
+  std::vector<Real> body_force_values_;
+  bool has_acceleration_ = false;
+  Vec3 gravity_force_{};     ///< On all particles, as the accelerations at the end of the last step have it [N].
+  Vec3 body_force_force_{};  ///< The same of the body force.
+  Vec3 reaction_{};          ///< And of the conditions at nodes.
+  NewtonReport report_;
+  int iterations_ = 0;  ///< Of the last step, all parts of it together.
+  int cuts_ = 0;
+  double step_seconds_ = 0;
+  std::vector<Escape> escapes_;
+  std::vector<Index> escaped_rows_;
+  Ledger ledger_;
+  Profile profile_;
+};
+
+std::unique_ptr<Solver> make_implicit_solver(const Case& problem);
+
+}  // namespace matpoint

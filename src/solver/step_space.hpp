@@ -1,0 +1,107 @@
+// The unknowns of one implicit step and what stays as it is while Newton's method runs: which cells are active, how their nodes are
+// numbered, which components are prescribed, and the basis at the particles.
+#pragma once
+
+#include "body/point_body.hpp"
+#include "mesh/basis.hpp"
+
+namespace matpoint {
+
+/// Sides and regions of the background at which components are prescribed.
+template <int Dim>
+class NodeConditions {
+ public:
+  NodeConditions(const std::vector<BoundarySpec>& specs, const Basis<Dim>& basis);
+
+  /// The condition on a component of a node, or -1.
+  int condition(Index node, int component) const { return conditions_[static_cast<std::size_t>(node * Dim + component)]; }
+  /// Whether the node counts as outside of the body for the soft stiffness: on the boundary, and on no side that the body grows out of.
+  bool is_free_boundary(Index node) const { return is_free_boundary_[static_cast<std::size_t>(node)]; }
+  /// Displacements that the conditions prescribe from time t to t + dt: their velocities integrated by Simpson's rule [m].
+  std::vector<Vec<Dim>> displacements(Real t, Real dt) const;
+  std::vector<Vec<Dim>> velocities(Real t) const;
+
+  /// A side from which particles may recede (receding_correction).
+  struct RecedingSide {
+    std::vector<bool> is_first_row;  ///< Per cell.
+    int axis;
+    bool is_upper;
+    Real correction;  ///< C_c [1]
+    int condition;    ///< Whose velocity the side has.
+  };
+  const std::vector<RecedingSide>& receding_sides() const { return receding_sides_; }
+
+ private:
+  std::vector<BoundarySpec> specs_;
+  std::vector<int> conditions_;
+  std::vector<bool> is_free_boundary_;
+  std::vector<RecedingSide> receding_sides_;
+};
+
+template <int Dim>
+class StepSpace {
+ public:
+  StepSpace(const Basis<Dim>& basis, const NodeConditions<Dim>& conditions, std::vector<Real> soft_stiffness);
+
+  /// Finds everything anew for the particles as they are. Throws SolverError for a particle outside of the background.
+  void update(const PointBody<Dim>& body, Real t);
+
+  const Basis<Dim>& basis() const { return basis_; }
+  int functions() const { return functions_; }
+
+  // Active cells, ascending, and their particles.
+  const std::vector<Index>& cells() const { return cells_; }
+  Index cell_begin(std::size_t c) const { return cell_begin_[c]; }  ///< First of the cell's places in `particles`.
+  Index cell_end(std::size_t c) const { return cell_begin_[c + 1]; }
+  const std::vector<Index>& particles() const { return particles_; }  ///< Rows of the body, cell by cell.
+  Real soft_factor(std::size_t c) const { return soft_factors_[c]; }  ///< C [1]
+
+  // The basis at the particles, in the order of `particles`.
+  const Real* N(Index k) const { return N_.data() + k * functions_; }
+  const Real* gradients(Index k) const { return gradients_.data() + k * functions_ * Dim; }
+  /// With which the displacement gradient is made: those of receding particles are corrected (eq. 47).
+  const Real* trial_gradients(Index k) const {
+    const Index corrected = corrected_[static_cast<std::size_t>(k)];
+    return corrected < 0 ? gradients(k) : corrected_gradients_.data() + corrected * functions_ * Dim;
+  }
+  Index receding_count() const { return receding_count_; }
+
+  // Active nodes, ascending, and unknowns.
+  const std::vector<Index>& nodes() const { return nodes_; }
+  /// Place of a cell's node among the active ones.
+  const int* cell_nodes(std::size_t c) const { return cell_nodes_.data() + c * static_cast<std::size_t>(functions_); }
+  /// Number of the unknown, or -1 where the component is prescribed.
+  int unknown(Index active_node, int component) const { return unknowns_[static_cast<std::size_t>(active_node * Dim + component)]; }
+  int unknown_count() const { return unknown_count_; }
+  /// Changes when cells, nodes or unknowns do.
+  Index pattern() const { return pattern_; }
+
+ private:
+  void locate(const PointBody<Dim>& body);
+  void number_nodes();
+  void evaluate(const PointBody<Dim>& body, Real t);
+  void set_soft_factors();
+
+  const Basis<Dim>& basis_;
+  const NodeConditions<Dim>& conditions_;
+  std::vector<Real> soft_stiffness_;
+  int functions_;
+
+  std::vector<ElementPoint<Dim>> points_;  ///< By row of the body.
+  std::vector<Index> particles_;
+  std::vector<Index> cells_;
+  std::vector<Index> cell_begin_;
+  std::vector<Real> soft_factors_;
+  std::vector<Real> N_;
+  std::vector<Real> gradients_;
+  std::vector<Index> corrected_;
+  std::vector<Real> corrected_gradients_;
+  Index receding_count_ = 0;
+  std::vector<Index> nodes_;
+  std::vector<int> cell_nodes_;
+  std::vector<int> unknowns_;
+  int unknown_count_ = 0;
+  Index pattern_ = 0;
+};
+
+}  // namespace matpoint
