@@ -112,7 +112,7 @@ void GridSpec::declare(ParameterTable<GridSpec>& table) {
         return write_value(grid.grading, dim);
       });
   table.custom(
-      {"refinements", "1", "integer", "0", "0 <= value <= 12", "Implicit solver on elements: how many times all cells are halved.", false},
+      {"refinements", "1", "integer", "0", "0 <= value <= 12", "Implicit solver: how many times all cells are halved.", false},
       [](GridSpec& grid, const Input& input, const ReadContext& context) {
         read_value(input, context, "refinements", between_closed(0, 12), grid.refinements);
       },

@@ -102,10 +102,8 @@ void check_for_implicit(const Case& problem, const Input& input) {
   const Input& grid = section_of(input, "grid");
   const bool is_element = problem.implicit.basis == BasisKind::element;
   if (!problem.grid.periodic.empty()) fail_case(at_key(grid, "periodic"), "grid", "the implicit solver has no periodic sides");
-  for (const char* key : {"grading", "refinements"}) {
-    if (!is_element && is_given(grid, key))
-      fail_case(at_key(grid, key), "grid", fmt::format("{} is for solver.basis = \"element\"; B-splines need equal cells", key));
-  }
+  if (!is_element && is_given(grid, "grading"))
+    fail_case(at_key(grid, "grading"), "grid", "grading is for solver.basis = \"element\"; B-splines need equal cells");
   if (problem.bodies.size() > 1) {
     fail_case(Input::table().with_place(problem.bodies[1].place), fmt::format("body {}", problem.bodies[1].name),
               fmt::format("the implicit solver has no contact between bodies yet, so a case has one body, not {}", problem.bodies.size()));
@@ -243,7 +241,7 @@ void ImplicitSpec::declare(ParameterTable<ImplicitSpec>& table) {
   table.optional("increment_absolute", "m", &ImplicitSpec::increment_absolute, non_negative(),
                  "The same for displacements (the norm over all nodes) as small as this.");
   table.optional("residual_tolerance", "1", &ImplicitSpec::residual_tolerance, non_negative(),
-                 "Or when the residual is below this share of the step's first one; 0: the increment decides.");
+                 "Or when the residual is below this share of the forces at the nodes, about what rounding leaves of it.");
   table.optional("residual_absolute", "N", &ImplicitSpec::residual_absolute, non_negative(),
                  "Or when the residual's norm is below this force.");
   table.optional("iterations_max", "1", &ImplicitSpec::iterations_max, between_closed(1, 1000),

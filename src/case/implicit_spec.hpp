@@ -21,7 +21,7 @@ struct ImplicitSpec {
   std::vector<Real> soft_stiffness = {1e-6, 1e-10};  ///< C_1, C_2 [1]
   Real increment_tolerance = 1e-9;
   Real increment_absolute = 1e-13;
-  Real residual_tolerance = 0;
+  Real residual_tolerance = 1e-14;
   Real residual_absolute = 0;
   int iterations_max = 20;
   int step_cuts_max = 8;

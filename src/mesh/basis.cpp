@@ -84,8 +84,8 @@ class SplineBasis final : public Basis<Dim> {
     for (std::size_t d = 0; d < Dim; ++d) {
       lower_[d] = grid.lower[d];
       upper_[d] = grid.upper[d];
-      cells_[d] = grid.cells[d];
-      cell_size_[d] = (grid.upper[d] - grid.lower[d]) / static_cast<Real>(grid.cells[d]);
+      cells_[d] = static_cast<Index>(grid.cells[d]) << grid.refinements;
+      cell_size_[d] = (grid.upper[d] - grid.lower[d]) / static_cast<Real>(cells_[d]);
       cell_count *= cells_[d];
     }
     nodes_of_cells_.reserve(static_cast<std::size_t>(cell_count) * k_functions);

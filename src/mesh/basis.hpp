@@ -50,7 +50,7 @@ std::vector<std::string> side_names_of();
 template <int Dim>
 std::unique_ptr<Basis<Dim>> make_element_basis(const GridSpec& grid, int order);
 
-/// Quadratic B-splines with clamped ends on equal cells: n + 2 functions for n cells in each direction.
+/// Quadratic B-splines with clamped ends on equal cells, which may be halved: n + 2 functions for n cells in each direction.
 template <int Dim>
 std::unique_ptr<Basis<Dim>> make_spline_basis(const GridSpec& grid);
 

@@ -275,7 +275,7 @@ void Assembly<Dim>::make_soft_stiffness() {
 }
 
 template <int Dim>
-void Assembly<Dim>::scatter(std::size_t cell, const Real* K) {
+void Assembly<Dim>::scatter(std::size_t cell, const Real* K, Lift& lift) {
   const auto functions = static_cast<std::size_t>(space_.functions());
   const int* const nodes = space_.cell_nodes(cell);
   Real* const values = matrix_.valuePtr();
@@ -283,7 +283,15 @@ void Assembly<Dim>::scatter(std::size_t cell, const Real* K) {
   for (std::size_t node = 0; node < functions; ++node) {
     for (int k = 0; k < Dim; ++k) {
       const int column = space_.unknown(nodes[node], k);
-      if (column < 0) continue;
+      if (column < 0) {
+        const Real u = lift.displacement == nullptr ? 0 : (*lift.displacement)[static_cast<std::size_t>(nodes[node] * Dim + k)];
+        if (u == 0) continue;
+        for (std::size_t row = 0; row < width(); ++row) {
+          const int unknown = space_.unknown(nodes[row / Dim], static_cast<int>(row % Dim));
+          if (unknown >= 0) lift.force[unknown] += K[row * width() + node * Dim + static_cast<std::size_t>(k)] * u;
+        }
+        continue;
+      }
       for (std::size_t I = 0; I < functions; ++I) {
         int place = outer[column] + row_offset_[(cell * functions + I) * functions + node];
         for (int i = 0; i < Dim; ++i) {
@@ -296,11 +304,15 @@ void Assembly<Dim>::scatter(std::size_t cell, const Real* K) {
 }
 
 template <int Dim>
-void Assembly<Dim>::assemble(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, bool with_matrix) {
+void Assembly<Dim>::assemble(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift) {
+  const bool with_matrix = lift != nullptr;
   const auto work = Kernels::choose(space_.functions());
   const std::size_t cell_count = space_.cells().size();
   residual.assign(space_.nodes().size() * Dim, 0);
-  if (with_matrix) std::fill_n(matrix_.valuePtr(), matrix_.nonZeros(), 0);
+  if (with_matrix) {
+    std::fill_n(matrix_.valuePtr(), matrix_.nonZeros(), 0);
+    lift->force = Vector::Zero(space_.unknown_count());
+  }
   cell_matrices_.resize(with_matrix ? k_batch * width() * width() : 0);
   cell_residuals_.resize(k_batch * width());
   for (std::size_t first = 0; first < cell_count; first += k_batch) {
@@ -315,7 +327,7 @@ void Assembly<Dim>::assemble(const std::vector<Real>& u, const StepLoad<Dim>& lo
       const int* const nodes = space_.cell_nodes(first + c);
       for (std::size_t k = 0; k < width(); ++k)
         residual[static_cast<std::size_t>(nodes[k / Dim]) * Dim + k % Dim] += cell_residuals_[c * width() + k];
-      if (with_matrix) scatter(first + c, cell_matrices_.data() + c * width() * width());
+      if (with_matrix) scatter(first + c, cell_matrices_.data() + c * width() * width(), *lift);
     }
   }
 }

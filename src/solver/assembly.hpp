@@ -36,6 +36,12 @@ struct Inversion {
   Real J = 1;      ///< det A
 };
 
+/// What prescribed displacements of nodes do to the equations of the others: K_fp u_p.
+struct Lift {
+  const std::vector<Real>* displacement = nullptr;  ///< u_p by active node and component, 0 at unknowns [m].
+  Vector force;                                     ///< Out: by unknown [N].
+};
+
 template <int Dim>
 class Assembly {
  public:
@@ -45,8 +51,12 @@ class Assembly {
   /// To be called when the space has been updated: makes the sparse matrix's places if they changed, and the soft stiffness.
   void start();
 
-  /// Residual by active node and component [N], Dim numbers per node, of the step displacements `u` [m]; and, unless null, the matrix.
-  void assemble(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, bool with_matrix);
+  /// Residual by active node and component [N], Dim numbers per node, of the step displacements `u` [m].
+  void residual(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& out) { assemble(u, load, out, nullptr); }
+  /// The same and matrix(), and what `lift` asks for.
+  void residual_and_matrix(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& out, Lift& lift) {
+    assemble(u, load, out, &lift);
+  }
   const SparseMatrix& matrix() const { return matrix_; }
   /// Whether the matrix's places changed in the last start().
   bool is_new_pattern() const { return is_new_pattern_; }
@@ -63,9 +73,10 @@ class Assembly {
 
  private:
   struct Kernels;
+  void assemble(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift);
   void make_pattern();
   void make_soft_stiffness();
-  void scatter(std::size_t cell, const Real* K);
+  void scatter(std::size_t cell, const Real* K, Lift& lift);
   std::size_t width() const { return static_cast<std::size_t>(space_.functions() * Dim); }
 
   const PointBody<Dim>& body_;

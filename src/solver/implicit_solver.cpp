@@ -23,6 +23,12 @@ SeedingGrid seeding_grid(const GridSpec& grid) {
   return box;
 }
 
+Real norm(const std::vector<Real>& values) {
+  Real sum = 0;
+  for (const Real value : values) sum += value * value;
+  return std::sqrt(sum);
+}
+
 }  // namespace
 
 template <int Dim>
@@ -131,22 +137,17 @@ std::optional<std::string> ImplicitSolver<Dim>::try_step(Real t, Real dt) {
     if (assembly_.is_new_pattern()) is_analyzed_ = false;
   }
   const StepLoad<Dim> load = make_load(t + dt, dt);
-  // Prescribed components have their values from the first iteration on.
   std::vector<Real> u(space_.nodes().size() * Dim, 0);
-  const std::vector<Vec<Dim>> prescribed = conditions_.displacements(t, dt);
+  std::vector<Real> prescribed(u.size(), 0);
+  const std::vector<Vec<Dim>> displacements = conditions_.displacements(t, dt);
   for (std::size_t n = 0; n < space_.nodes().size(); ++n) {
     for (int d = 0; d < Dim; ++d) {
+      const auto s = static_cast<std::size_t>(d);
       const int condition = conditions_.condition(space_.nodes()[n], d);
-      if (condition >= 0)
-        u[n * Dim + static_cast<std::size_t>(d)] = prescribed[static_cast<std::size_t>(condition)][static_cast<std::size_t>(d)];
+      if (condition >= 0) prescribed[n * Dim + s] = displacements[static_cast<std::size_t>(condition)][s];
     }
   }
-  const Inversion inversion = assembly_.find_inversion(u);
-  if (inversion.row >= 0) {
-    return fmt::format("the prescribed displacements of the step turn particle {} inside out",
-                       body_.id[static_cast<std::size_t>(inversion.row)]);
-  }
-  if (const auto failure = solve(load, u)) return failure;
+  if (const auto failure = solve(load, std::move(prescribed), u)) return failure;
   Stage stage(profile_, "update");
   commit(t, dt, load, u);
   return std::nullopt;
@@ -206,8 +207,10 @@ bool ImplicitSolver<Dim>::has_converged(const std::vector<Real>& u, const std::v
 }
 
 template <int Dim>
-std::optional<std::string> ImplicitSolver<Dim>::solve(const StepLoad<Dim>& load, std::vector<Real>& u) {
+std::optional<std::string> ImplicitSolver<Dim>::solve(const StepLoad<Dim>& load, std::vector<Real> prescribed, std::vector<Real>& u) {
   constexpr int k_halvings_max = 12;
+  constexpr Real k_stagnation = 1e-10;
+  constexpr Real k_round_off = 1e-12;  // residuals that small, in shares of the forces, go up and down by rounding
   report_ = {};
   const bool is_symmetric = space_.receding_count() == 0 && !body_.material().is_rate_dependent();
   std::vector<Real> residual;
@@ -215,21 +218,33 @@ std::optional<std::string> ImplicitSolver<Dim>::solve(const StepLoad<Dim>& load,
   std::vector<Real> increment(u.size(), 0);
   Vector right(space_.unknown_count());
   Vector solution = Vector::Zero(space_.unknown_count());
-  Real first_norm = 0;
+  Real last_norm = 0;
+  Real force_scale = 0;  // of all nodes, prescribed components, too: a body at rest has its weight here
+  // Prescribed displacements come with the first increment, so that the body follows them at once: alone they might turn cells inside out.
+  // `prescribed` is what of them is still to come.
+  Lift lift;
+  if (norm(prescribed) > 0) lift.displacement = &prescribed;
   {
     Stage stage(profile_, "assembly");
-    assembly_.assemble(u, load, residual, true);
+    assembly_.residual_and_matrix(u, load, residual, lift);
   }
   for (int iteration = 1; iteration <= spec_.iterations_max; ++iteration) {
     const Real before = unknown_norm(residual);
     report_.residuals.push_back(before);
     if (!std::isfinite(before)) return "the residual is not finite";
-    if (iteration == 1) first_norm = before;
-    if (before <= spec_.residual_absolute || (iteration > 1 && before <= spec_.residual_tolerance * first_norm)) return std::nullopt;
+    force_scale = std::max({force_scale, norm(residual), before});
+    // Where a node sees hardly any mass, rounding of the residual moves it for ever; what no longer falls at that level has converged.
+    const bool has_all = lift.displacement == nullptr;
+    const bool is_rounding = has_all && iteration > 2 && before <= k_stagnation * force_scale && before > 0.5 * last_norm;
+    last_norm = before;
+    if (is_rounding) return std::nullopt;
+    if (has_all && (before <= spec_.residual_absolute || (iteration > 1 && before <= spec_.residual_tolerance * force_scale))) {
+      return std::nullopt;
+    }
     for (std::size_t n = 0; n < space_.nodes().size(); ++n) {
       for (int d = 0; d < Dim; ++d) {
         const int unknown = space_.unknown(static_cast<Index>(n), d);
-        if (unknown >= 0) right[unknown] = residual[n * Dim + static_cast<std::size_t>(d)];
+        if (unknown >= 0) right[unknown] = residual[n * Dim + static_cast<std::size_t>(d)] + lift.force[unknown];
       }
     }
     ++iterations_;
@@ -246,7 +261,8 @@ std::optional<std::string> ImplicitSolver<Dim>::solve(const StepLoad<Dim>& load,
     for (std::size_t n = 0; n < space_.nodes().size(); ++n) {
       for (int d = 0; d < Dim; ++d) {
         const int unknown = space_.unknown(static_cast<Index>(n), d);
-        increment[n * Dim + static_cast<std::size_t>(d)] = unknown >= 0 ? solution[unknown] : 0;
+        const std::size_t k = n * Dim + static_cast<std::size_t>(d);
+        increment[k] = unknown >= 0 ? solution[unknown] : -prescribed[k];
       }
     }
     Real share = 1;
@@ -264,23 +280,28 @@ std::optional<std::string> ImplicitSolver<Dim>::solve(const StepLoad<Dim>& load,
                            fmt::join(body_.position[row], ", "), inversion.J);
       }
       if (inversion.row < 0) {
-        const bool is_done = has_converged(trial, increment, share);
-        if (is_done) {
+        if (has_converged(trial, increment, share) && has_all) {
           u = trial;
           return std::nullopt;
         }
         Stage stage(profile_, "assembly");
-        assembly_.assemble(trial, load, residual, true);
-        if (spec_.halving == StepHalving::inversion || is_last || unknown_norm(residual) < before) break;
+        assembly_.residual_and_matrix(trial, load, residual, lift);
+        const Real after = unknown_norm(residual);
+        if (spec_.halving == StepHalving::inversion || is_last || !has_all || after < before || after <= k_round_off * force_scale) break;
         report_.increments.pop_back();
       }
       share /= 2;
       ++report_.halvings;
     }
     u = trial;
+    if (has_all) continue;
+    // The matrix that was just made has been asked for the whole rest; what was taken of it is gone.
+    for (Real& left : prescribed) left *= 1 - share;
+    lift.force *= 1 - share;
+    if (share == 1) lift.displacement = nullptr;
   }
   return fmt::format("no convergence in {} iterations (residual {:.3g} N of {:.3g} N, last increment {:.3g} of the displacement)",
-                     spec_.iterations_max, unknown_norm(residual), first_norm, report_.increments.empty() ? 0 : report_.increments.back());
+                     spec_.iterations_max, unknown_norm(residual), force_scale, report_.increments.empty() ? 0 : report_.increments.back());
 }
 
 /// Accelerations at the start from the forces there: M a = f. The mass matrix of particles as quadrature points may be singular, where a
@@ -296,7 +317,8 @@ void ImplicitSolver<Dim>::set_initial_acceleration(Real t, Real dt) {
   load.inertia = {factor, 0, 0};
   const std::vector<Real> zero(space_.nodes().size() * Dim, 0);
   std::vector<Real> residual;
-  assembly_.assemble(zero, load, residual, true);
+  Lift lift;
+  assembly_.residual_and_matrix(zero, load, residual, lift);
   Vector right(space_.unknown_count());
   for (std::size_t n = 0; n < space_.nodes().size(); ++n) {
     for (int d = 0; d < Dim; ++d) {
@@ -334,13 +356,14 @@ void ImplicitSolver<Dim>::set_initial_acceleration(Real t, Real dt) {
     }
   }
   gravity_force_ = gravity_force;
+  std::copy_n(load.gravity.begin(), Dim, acceleration_gravity_.begin());
   for (std::size_t d = 0; d < Dim; ++d) reaction_[d] = total[d] - gravity_force[d] - body_force_force_[d];
 }
 
 template <int Dim>
 void ImplicitSolver<Dim>::commit(Real t, Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u) {
   std::vector<Real> residual;
-  assembly_.assemble(u, load, residual, false);
+  assembly_.residual(u, load, residual);
   report_.residuals.push_back(unknown_norm(residual));
   std::vector<Real> A;
   std::vector<Vec<Dim>> du;
@@ -431,19 +454,26 @@ void ImplicitSolver<Dim>::book(Real t_end, Real dt, const StepLoad<Dim>& load, c
       for (std::size_t d = 0; d < Dim; ++d) sum[d] += dt * ((1 - spec_.gamma) * old[d] + spec_.gamma * now[d]);
       old = now;
     };
+    std::copy_n(load.gravity.begin(), Dim, acceleration_gravity_.begin());
     impulse(ledger_.gravity_impulse, gravity_force_, gravity_force);
     impulse(ledger_.body_force_impulse, body_force_force_, body_force);
     impulse(ledger_.boundary_impulse, reaction_, reaction);
   }
-  change_gravity(case_.gravity_at(t_end));
+  change_gravity(case_.gravity_at(t_end), u);
 }
 
-/// Where gravity changes, so does the gravitational energy of a body that stands still: work of the load.
+/// Where gravity changes, so does the gravitational energy: work of the load, at the middle of the step's way as the trapezoidal rule has
+/// it.
 template <int Dim>
-void ImplicitSolver<Dim>::change_gravity(const Vec3& gravity) {
+void ImplicitSolver<Dim>::change_gravity(const Vec3& gravity, const std::vector<Real>& u) {
   if (gravity == gravity_) return;
-  for (std::size_t p = 0; p < static_cast<std::size_t>(body_.count()); ++p) {
-    for (std::size_t d = 0; d < Dim; ++d) ledger_.body_force_work -= body_.mass[p] * (gravity[d] - gravity_[d]) * body_.position[p][d];
+  std::vector<Real> A;
+  std::vector<Vec<Dim>> du;
+  assembly_.deform(u, A, du);
+  for (std::size_t k = 0; k < du.size(); ++k) {
+    const auto p = static_cast<std::size_t>(space_.particles()[k]);
+    for (std::size_t d = 0; d < Dim; ++d)
+      ledger_.body_force_work -= body_.mass[p] * (gravity[d] - gravity_[d]) * (body_.position[p][d] - 0.5 * du[k][d]);
   }
   gravity_ = gravity;
 }
@@ -464,6 +494,15 @@ void ImplicitSolver<Dim>::find_escapes() {
 
 template <int Dim>
 void ImplicitSolver<Dim>::remove_escaped() {
+  // The sums behind the next impulses are those of the particles that stay. What held the others is booked with the conditions.
+  for (const Index row : escaped_rows_) {
+    const auto p = static_cast<std::size_t>(row);
+    for (std::size_t d = 0; d < Dim; ++d) {
+      const Real weight = body_.mass[p] * acceleration_gravity_[d];
+      gravity_force_[d] -= weight;
+      reaction_[d] -= body_.mass[p] * body_.acceleration[p][d] - weight;
+    }
+  }
   body_.remove(escaped_rows_, gravity_, ledger_);
   escapes_.clear();
   escaped_rows_.clear();

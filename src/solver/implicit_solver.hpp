@@ -62,15 +62,15 @@ class ImplicitSolver final : public Solver {
   /// Advances by dt, in halves where Newton's method fails.
   void advance(Real t, Real dt, int cuts);
   std::optional<std::string> try_step(Real t, Real dt);
-  /// Newton's method from u = 0: fills `u`, or says why it failed.
-  std::optional<std::string> solve(const StepLoad<Dim>& load, std::vector<Real>& u);
+  /// Newton's method from u = 0, with the prescribed displacements by active node and component [m]: fills `u`, or says why it failed.
+  std::optional<std::string> solve(const StepLoad<Dim>& load, std::vector<Real> prescribed, std::vector<Real>& u);
   bool has_converged(const std::vector<Real>& u, const std::vector<Real>& increment, Real scale);
   void set_initial_acceleration(Real t, Real dt);
   StepLoad<Dim> make_load(Real t_end, Real dt);
   StepInertia newmark(Real dt) const;
   void commit(Real t, Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u);
   void book(Real t_end, Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Real>& residual);
-  void change_gravity(const Vec3& gravity);
+  void change_gravity(const Vec3& gravity, const std::vector<Real>& u);
   void check_support() const;
   Real unknown_norm(const std::vector<Real>& nodal) const;
   void find_escapes();
@@ -88,9 +88,10 @@ class ImplicitSolver final : public Solver {
   Vec3 gravity_;  ///< Now [m/s^2].
   std::vector<Real> body_force_values_;
   bool has_acceleration_ = false;
-  Vec3 gravity_force_{};     ///< On all particles, as the accelerations at the end of the last step have it [N].
-  Vec3 body_force_force_{};  ///< The same of the body force.
-  Vec3 reaction_{};          ///< And of the conditions at nodes.
+  Vec3 acceleration_gravity_{};  ///< The gravity that the particles' accelerations hold [m/s^2].
+  Vec3 gravity_force_{};         ///< On all particles, as the accelerations at the end of the last step have it [N].
+  Vec3 body_force_force_{};      ///< The same of the body force.
+  Vec3 reaction_{};              ///< And of the conditions at nodes.
   NewtonReport report_;
   int iterations_ = 0;  ///< Of the last step, all parts of it together.
   int cuts_ = 0;

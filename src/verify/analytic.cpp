@@ -59,6 +59,7 @@ VerifySuite analytic_suite() {
   add_invariants(suite);
   add_implicit_analytic(suite);
   add_implicit_paper(suite);
+  add_implicit_explicit(suite);
   return suite;
 }
 

@@ -22,6 +22,7 @@ void add_fluids(VerifySuite& suite);
 void add_invariants(VerifySuite& suite);
 void add_implicit_analytic(VerifySuite& suite);
 void add_implicit_paper(VerifySuite& suite);
+void add_implicit_explicit(VerifySuite& suite);
 
 /// Greatest and least of what a callback sees.
 struct Range {

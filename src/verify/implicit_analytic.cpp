@@ -138,35 +138,24 @@ void add_manufactured(VerifySuite& suite) {
     for (const int n : {4, 8, 16}) m[fmt::format("bspline_A0.02_h1/{}", n)] = manufactured_error("bspline", n, 0.02, 1e-3, 0.25);
     return m;
   });
-  job("B-splines, large displacements, h = 1/32", false, 2e8, {"bspline_A0.02_h1/32", "bspline_A0.05_h1/32"}, [] {
-    return Measured{{"bspline_A0.02_h1/32", manufactured_error("bspline", 32, 0.02, 1e-3, 0.25)},
-                    {"bspline_A0.05_h1/32", manufactured_error("bspline", 32, 0.05, 1e-3, 0.25)}};
+  job("large displacements", false, 2e8, {"bspline_A0.02_h1/32", "bspline_A0.05_h1/32"}, [] {
+    Measured m = {{"bspline_A0.02_h1/32", manufactured_error("bspline", 32, 0.02, 1e-3, 0.25)},
+                  {"bspline_A0.05_h1/32", manufactured_error("bspline", 32, 0.05, 1e-3, 0.25)}};
+    for (const char* A : {"0.02", "0.05"}) {
+      for (const int n : {4, 8, 16}) m[fmt::format("element_A{}_h1/{}", A, n)] = manufactured_error("element", n, std::stod(A), 1e-3, 0.25);
+    }
+    return m;
   });
   // Elements stall once particles cross their faces: a limit of the method, printed beside what the reference found.
-  std::vector<VerifyRow> stalling;
   const std::map<std::string, std::vector<Real>> found = {{"0.02", {1.36e-2, 1.23e-2, 1.52e-2}}, {"0.05", {3.3e-2, 2.3e-2, 2.3e-2}}};
   for (const auto& [A, errors] : found) {
-    for (int k = 0; k < 3; ++k)
-      stalling.push_back(reported(fmt::format("element_A{}_h1/{}", A, 4 << k), errors[static_cast<std::size_t>(k)],
-                                  "particles cross faces: no convergence"));
+    for (int k = 0; k < 3; ++k) {
+      VerifyRow row = reported(fmt::format("element_A{}_h1/{}", A, 4 << k), errors[static_cast<std::size_t>(k)],
+                               "particles cross faces: no convergence");
+      row.group = "implicit_mms";
+      suite.rows.push_back(row);
+    }
   }
-  add_problem(suite,
-              {"implicit_mms",
-               "elements, particles cross faces",
-               "implicit_mms",
-               false,
-               true,
-               8e7,
-               {},
-               [] {
-                 Measured m;
-                 for (const char* A : {"0.02", "0.05"}) {
-                   for (const int n : {4, 8, 16})
-                     m[fmt::format("element_A{}_h1/{}", A, n)] = manufactured_error("element", n, std::stod(A), 1e-3, 0.25);
-                 }
-                 return m;
-               }},
-              std::move(stalling));
   const auto order_row = [&](const std::string& quantity, Real least) {
     VerifyRow row = at_least(quantity, least, "order in space");
     row.group = "implicit_mms";
@@ -258,7 +247,8 @@ void add_columns(VerifySuite& suite) {
   for (VerifyRow& row : acceptance_rows("implicit_acceptance")) {
     if (row.group == "implicit_column") suite.rows.push_back(std::move(row));
   }
-  const auto job = [&](const std::string& name, const std::string& prefix, Column column, std::vector<int> cells) {
+  const auto job = [&](const std::string& name, const std::string& prefix, Column column, std::vector<int> cells,
+                       std::vector<int> element_cells = {}) {
     std::vector<std::string> quantities;
     for (const int n : cells) quantities.push_back(fmt::format("{}_{}_cells", prefix, n));
     suite.jobs.push_back({"implicit_column", name, "implicit_column", true, true, 1e6, quantities, [=] {
@@ -268,32 +258,22 @@ void add_columns(VerifySuite& suite) {
                               m[fmt::format("{}_{}_cells", prefix, n)] = u;
                               m[fmt::format("{}_{}_cells_stress", prefix, n)] = stress;
                             }
+                            for (const int n : element_cells)
+                              m[fmt::format("element_E1e5_nu0.3_{}_cells", n)] =
+                                  column_errors(column, n, {"solver.basis=element", "solver.halving=inversion"}).first;
                             return m;
                           }});
   };
   Column soft = k_unit_column;
   soft.E = 1e4;
-  job("unit column, 3.5 % shorter", "bspline_E1e5_nu0.3", k_unit_column, {4, 8, 16, 32});
+  job("unit column, 3.5 % shorter", "bspline_E1e5_nu0.3", k_unit_column, {4, 8, 16, 32}, {2, 4, 8});
   job("unit column, 25 % shorter", "bspline_E1e4_nu0.3", soft, {4, 8, 16, 32});
   job("tall column, 68 % shorter", "bspline_E1e4_nu0", k_tall_column, {8, 16, 32, 64});
-  add_problem(suite,
-              {"implicit_column",
-               "elements",
-               "implicit_column",
-               false,
-               true,
-               1e6,
-               {},
-               [] {
-                 Measured m;
-                 for (const int n : {2, 4, 8})
-                   m[fmt::format("element_E1e5_nu0.3_{}_cells", n)] =
-                       column_errors(k_unit_column, n, {"solver.basis=element", "solver.halving=inversion"}).first;
-                 return m;
-               }},
-              {reported("element_E1e5_nu0.3_2_cells", 1.4e-2, "elements get worse with refinement here"),
-               reported("element_E1e5_nu0.3_4_cells", 4.4e-2, "elements get worse with refinement here"),
-               reported("element_E1e5_nu0.3_8_cells", 7.5e-2, "elements get worse with refinement here")});
+  for (const auto& [cells, error] : std::map<int, Real>{{2, 1.4e-2}, {4, 4.4e-2}, {8, 7.5e-2}}) {
+    VerifyRow row = reported(fmt::format("element_E1e5_nu0.3_{}_cells", cells), error, "elements get worse with refinement here");
+    row.group = "implicit_column";
+    suite.rows.push_back(row);
+  }
   add_problem(suite,
               {"implicit_column",
                "3D equals 2D",
@@ -425,15 +405,16 @@ Real tangent_difference(const Case& problem, int steps) {
     if (unknown >= 0) unknowns[unknown] = direction[k];
   }
   std::vector<Real> residual, plus, minus, u_plus = u, u_minus = u;
-  assembly.assemble(u, load, residual, true);
+  Lift lift;
+  assembly.residual_and_matrix(u, load, residual, lift);
   const Vector product = assembly.matrix() * unknowns;
   const Real step = 1e-6 * problem.grid.cell_size[0];
   for (std::size_t k = 0; k < u.size(); ++k) {
     u_plus[k] += step * direction[k];
     u_minus[k] -= step * direction[k];
   }
-  assembly.assemble(u_plus, load, plus, false);
-  assembly.assemble(u_minus, load, minus, false);
+  assembly.residual(u_plus, load, plus);
+  assembly.residual(u_minus, load, minus);
   Real difference = 0;
   for (std::size_t k = 0; k < u.size(); ++k) {
     const int unknown = space.unknown(static_cast<Index>(k / Dim), static_cast<int>(k % Dim));
@@ -442,7 +423,7 @@ Real tangent_difference(const Case& problem, int steps) {
   return std::sqrt(difference) / product.norm();
 }
 
-/// Ratio of the last two logarithms of the relative increments: 2 for quadratic convergence.
+/// Order by the last three relative increments: 2 for quadratic convergence.
 Measured newton_convergence() {
   Case problem = load_case("cantilever", {"grid.refinements=3"});
   ImplicitSolver<2> solver(problem);
@@ -451,7 +432,7 @@ Measured newton_convergence() {
   if (d.size() < 4) throw SolverError("Newton's method took {} iterations only", d.size());
   Measured m;
   for (std::size_t k = 1; k < 4; ++k) m[fmt::format("increment_{}", k + 1)] = d[k];
-  m["order_of_increments"] = std::log(d[2] / d[1]) / std::log(d[1] / d[0]);
+  m["order_of_increments"] = std::log(d[3] / d[2]) / std::log(d[2] / d[1]);
   const std::vector<Real>& r = solver.newton_report().residuals;
   for (std::size_t k = 0; k < r.size(); ++k) m[fmt::format("residual_{}", k + 1)] = r[k];
   return m;
@@ -517,7 +498,7 @@ void add_implicit_analytic(VerifySuite& suite) {
       {at_most("element_receding", 1e-8, "central differences"), at_most("bspline", 1e-8, "central differences"),
        at_most("bspline_3d", 1e-8, "central differences"), at_most("element_3d", 1e-8, "central differences")});
   add_problem(suite, {"implicit_newton", "convergence of Newton's method", "implicit_newton", true, true, 3e7, {}, &newton_convergence},
-              {within("order_of_increments", 2, 0.4, "cantilever J = 3, step 30"),
+              {at_least("order_of_increments", 1.8, "2 for quadratic convergence; cantilever J = 3, step 30"),
                at_most("increment_3", 1e-4, "quadratic: 1, 4.0e-3, 4.4e-6 in the reference"),
                at_most("increment_4", 1e-9, "9.8e-13 in the reference")});
 }

@@ -52,7 +52,8 @@ Measured rolling(const std::string& row, int J) {
   sim.run();
   const std::string tail = fmt::format("_{}_J{}", row, J);
   Measured measured = {{"error_tracked" + tail, tracked.mean()}, {"x_at_2.5" + tail, x}};
-  if (row == "E1") measured["error_mass_center" + tail] = mass_center.mean();
+  // Twice: compared with the reference computation, and with the paper, whose row E1 no computation matches (docs/cases/rolling_disk.md).
+  if (row == "E1") measured["error_mass_center" + tail] = measured["error_mass_center_beside_paper" + tail] = mass_center.mean();
   return measured;
 }
 
@@ -203,7 +204,7 @@ void add_implicit_paper(VerifySuite& suite) {
     for (int J = 1; J <= 4; ++J) {
       const std::string tail = fmt::format("_{}_J{}", row, J);
       std::vector<std::string> quantities = {"error_tracked" + tail, "x_at_2.5" + tail};
-      if (row == "E1") quantities.push_back("error_mass_center" + tail);
+      if (row == "E1") quantities.insert(quantities.end(), {"error_mass_center" + tail, "error_mass_center_beside_paper" + tail});
       suite.jobs.push_back({"rolling_disk", fmt::format("{}, J = {}", row, J), "rolling_disk", J == 1, true, 6e8 * std::pow(2, J),
                             quantities, [=] { return rolling(row, J); }});
     }
@@ -240,7 +241,7 @@ void add_implicit_paper(VerifySuite& suite) {
   add_elements(4, k_refined_4, false, 12e9);
   for (const int cells : {16, 32}) {
     add_beam(fmt::format("B-splines, {0} x {0} cells", cells), fmt::format("bspline_{0}x{0}", cells),
-             {"solver.basis=bspline", "grid.refinements=0", fmt::format("grid.cells=[{},{}]", cells, cells)}, false, 2e9, false);
+             {"solver.basis=bspline", fmt::format("grid.cells=[{},{}]", cells / 8, cells / 8)}, false, 2e9, false);
   }
   add_problem(suite,
               {"cantilever",

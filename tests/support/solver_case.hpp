@@ -183,7 +183,7 @@ inline Real greatest_magnitude(const std::vector<Real>& a) { return greatest_dif
 inline Real transfer_loss(const Simulation& sim) {
   const Ledger& ledger = sim.solver().ledger();
   return sim.initial_energy() - sums_of(sim.solver()).energy - ledger.damping_dissipation - ledger.viscous_dissipation +
-         ledger.boundary_work - ledger.removed_energy;
+         ledger.boundary_work + ledger.body_force_work - ledger.removed_energy;
 }
 
 /// P - P0 - all booked impulses + removed momentum, the component of greatest magnitude [N s].
@@ -193,7 +193,7 @@ inline Real momentum_remainder(const Simulation& sim) {
   Real worst = 0;
   for (std::size_t d = 0; d < 3; ++d) {
     const Real expected = sim.initial_momentum()[d] + ledger.gravity_impulse[d] + ledger.boundary_impulse[d] + ledger.damping_impulse[d] +
-                          ledger.cutoff_impulse[d] - ledger.removed_momentum[d];
+                          ledger.body_force_impulse[d] + ledger.cutoff_impulse[d] - ledger.removed_momentum[d];
     worst = std::max(worst, std::abs(momentum[d] - expected));
   }
   return worst;

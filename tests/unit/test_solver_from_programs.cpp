@@ -48,7 +48,7 @@ INSTANTIATE_TEST_SUITE_P(All, FromPrograms,
                          [](const auto& variant) {
                            const char* order = variant.param.order == StressOrder::usl   ? "usl"
                                                : variant.param.order == StressOrder::usf ? "usf"
-                                                                                      : "musl";
+                                                                                         : "musl";
                            return fmt::format("dim_{}_{}_{}", variant.param.dim, variant.param.precision, order);
                          });
 
