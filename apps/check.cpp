@@ -123,9 +123,13 @@ int check_command(const std::string& case_name, const std::vector<std::string>& 
   const Real dt = simulation.next_dt();
   const bool is_fixed = problem.time.dt.has_value();
   const double steps = std::ceil(problem.time.end / dt * (1 - 1e-12));
-  fmt::print("# stable time step  {:.6g} s (CFL number 1, at the start)\n", stable);
-  fmt::print("# time step         {:.6g} s ({}, {:.3g} of the stable one)\n", dt, is_fixed ? "fixed" : "automatic, at the start",
-             dt / stable);
+  const std::string kind = is_fixed ? "fixed" : problem.time.rule ? "by the rule, at the start" : "automatic, at the start";
+  if (problem.is_implicit()) {
+    fmt::print("# time step         {:.6g} s ({}; implicit steps are stable, accuracy limits them)\n", dt, kind);
+  } else {
+    fmt::print("# stable time step  {:.6g} s (CFL number 1, at the start)\n", stable);
+    fmt::print("# time step         {:.6g} s ({}, {:.3g} of the stable one)\n", dt, kind, dt / stable);
+  }
   fmt::print("# steps             {}{:.0f} to t = {:.6g} s\n", is_fixed ? "" : "about ", steps, problem.time.end);
   std::fflush(stdout);
   const Solver& solver = simulation.solver();

@@ -374,6 +374,13 @@ Inversion Assembly<Dim>::find_inversion(const std::vector<Real>& u) const {
   return worst;
 }
 
+template <int Dim>
+std::string Assembly<Dim>::describe(const Inversion& inversion) const {
+  const auto row = static_cast<std::size_t>(inversion.row);
+  return fmt::format("det F of particle {} at ({:.6g}) would become {:.4g} times what it is", body_.id[row],
+                     fmt::join(body_.position[row], ", "), inversion.J);
+}
+
 template class Assembly<2>;
 template class Assembly<3>;
 

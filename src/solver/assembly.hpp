@@ -34,6 +34,7 @@ struct StepLoad {
 struct Inversion {
   Index row = -1;  ///< Of the body; -1 if there is none.
   Real J = 1;      ///< det A
+  bool is_found() const { return row >= 0; }
 };
 
 /// What prescribed displacements of nodes do to the equations of the others: K_fp u_p.
@@ -63,6 +64,7 @@ class Assembly {
 
   /// The least det A under the displacements; not positive or not finite is an inversion.
   Inversion find_inversion(const std::vector<Real>& u) const;
+  std::string describe(const Inversion& inversion) const;
 
   /// A of all particles, Dim x Dim numbers each, and their displacements [m], in the order of the space's particles.
   void deform(const std::vector<Real>& u, std::vector<Real>& A, std::vector<Vec<Dim>>& du) const;

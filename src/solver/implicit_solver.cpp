@@ -23,12 +23,6 @@ SeedingGrid seeding_grid(const GridSpec& grid) {
   return box;
 }
 
-Real norm(const std::vector<Real>& values) {
-  Real sum = 0;
-  for (const Real value : values) sum += value * value;
-  return std::sqrt(sum);
-}
-
 }  // namespace
 
 template <int Dim>
@@ -40,7 +34,7 @@ ImplicitSolver<Dim>::ImplicitSolver(const Case& problem)
       conditions_(problem.boundaries, *basis_),
       space_(*basis_, conditions_, spec_.soft_stiffness),
       assembly_(body_, space_),
-      linear_solver_(make_linear_solver(spec_.linear_solver, spec_.linear_tolerance)),
+      newton_(spec_, space_, assembly_, profile_),
       gravity_(problem.gravity_at(0)) {
   geometry_.lower = problem.grid.lower;
   for (std::size_t d = 0; d < Dim; ++d) {
@@ -98,7 +92,6 @@ void ImplicitSolver<Dim>::check_support() const {
 template <int Dim>
 void ImplicitSolver<Dim>::step(Real t, Real dt) {
   const auto start = std::chrono::steady_clock::now();
-  report_ = {};
   iterations_ = 0;
   cuts_ = 0;
   if (!has_acceleration_ && spec_.mode == ImplicitMode::dynamic) {
@@ -134,11 +127,11 @@ std::optional<std::string> ImplicitSolver<Dim>::try_step(Real t, Real dt) {
     Stage stage(profile_, "locate");
     space_.update(body_, t);
     assembly_.start();
-    if (assembly_.is_new_pattern()) is_analyzed_ = false;
+    if (assembly_.is_new_pattern()) newton_.forget_pattern();
   }
   const StepLoad<Dim> load = make_load(t + dt, dt);
-  std::vector<Real> u(space_.nodes().size() * Dim, 0);
-  std::vector<Real> prescribed(u.size(), 0);
+  std::vector<Real> u;
+  std::vector<Real> prescribed(space_.nodes().size() * Dim, 0);
   const std::vector<Vec<Dim>> displacements = conditions_.displacements(t, dt);
   for (std::size_t n = 0; n < space_.nodes().size(); ++n) {
     for (int d = 0; d < Dim; ++d) {
@@ -147,7 +140,10 @@ std::optional<std::string> ImplicitSolver<Dim>::try_step(Real t, Real dt) {
       if (condition >= 0) prescribed[n * Dim + s] = displacements[static_cast<std::size_t>(condition)][s];
     }
   }
-  if (const auto failure = solve(load, std::move(prescribed), u)) return failure;
+  const bool is_symmetric = space_.receding_count() == 0 && !body_.material().is_rate_dependent();
+  const auto failure = newton_.solve(load, std::move(prescribed), is_symmetric ? Symmetry::symmetric : Symmetry::general, u);
+  iterations_ += newton_.report().iterations;
+  if (failure) return failure;
   Stage stage(profile_, "update");
   commit(t, dt, load, u);
   return std::nullopt;
@@ -176,134 +172,6 @@ StepLoad<Dim> ImplicitSolver<Dim>::make_load(Real t_end, Real dt) {
   return load;
 }
 
-template <int Dim>
-Real ImplicitSolver<Dim>::unknown_norm(const std::vector<Real>& nodal) const {
-  Real sum = 0;
-  for (std::size_t n = 0; n < space_.nodes().size(); ++n) {
-    for (int d = 0; d < Dim; ++d) {
-      const Real value = nodal[n * Dim + static_cast<std::size_t>(d)];
-      if (space_.unknown(static_cast<Index>(n), d) >= 0) sum += value * value;
-    }
-  }
-  return std::sqrt(sum);
-}
-
-/// By the increment, component by component: the greatest ratio of the increment's norm to the step displacement's.
-template <int Dim>
-bool ImplicitSolver<Dim>::has_converged(const std::vector<Real>& u, const std::vector<Real>& increment, Real scale) {
-  Real worst = 0;
-  for (int d = 0; d < Dim; ++d) {
-    Real u_squared = 0;
-    Real d_squared = 0;
-    for (std::size_t k = static_cast<std::size_t>(d); k < u.size(); k += Dim) {
-      u_squared += u[k] * u[k];
-      d_squared += increment[k] * increment[k];
-    }
-    if (u_squared < spec_.increment_absolute * spec_.increment_absolute) continue;
-    worst = std::max(worst, scale * std::sqrt(d_squared / u_squared));
-  }
-  report_.increments.push_back(worst);
-  return worst < spec_.increment_tolerance;
-}
-
-template <int Dim>
-std::optional<std::string> ImplicitSolver<Dim>::solve(const StepLoad<Dim>& load, std::vector<Real> prescribed, std::vector<Real>& u) {
-  constexpr int k_halvings_max = 12;
-  constexpr Real k_stagnation = 1e-10;
-  constexpr Real k_round_off = 1e-12;  // residuals that small, in shares of the forces, go up and down by rounding
-  report_ = {};
-  const bool is_symmetric = space_.receding_count() == 0 && !body_.material().is_rate_dependent();
-  std::vector<Real> residual;
-  std::vector<Real> trial(u.size());
-  std::vector<Real> increment(u.size(), 0);
-  Vector right(space_.unknown_count());
-  Vector solution = Vector::Zero(space_.unknown_count());
-  Real last_norm = 0;
-  Real force_scale = 0;  // of all nodes, prescribed components, too: a body at rest has its weight here
-  // Prescribed displacements come with the first increment, so that the body follows them at once: alone they might turn cells inside out.
-  // `prescribed` is what of them is still to come.
-  Lift lift;
-  if (norm(prescribed) > 0) lift.displacement = &prescribed;
-  {
-    Stage stage(profile_, "assembly");
-    assembly_.residual_and_matrix(u, load, residual, lift);
-  }
-  for (int iteration = 1; iteration <= spec_.iterations_max; ++iteration) {
-    const Real before = unknown_norm(residual);
-    report_.residuals.push_back(before);
-    if (!std::isfinite(before)) return "the residual is not finite";
-    force_scale = std::max({force_scale, norm(residual), before});
-    // Where a node sees hardly any mass, rounding of the residual moves it for ever; what no longer falls at that level has converged.
-    const bool has_all = lift.displacement == nullptr;
-    const bool is_rounding = has_all && iteration > 2 && before <= k_stagnation * force_scale && before > 0.5 * last_norm;
-    last_norm = before;
-    if (is_rounding) return std::nullopt;
-    if (has_all && (before <= spec_.residual_absolute || (iteration > 1 && before <= spec_.residual_tolerance * force_scale))) {
-      return std::nullopt;
-    }
-    for (std::size_t n = 0; n < space_.nodes().size(); ++n) {
-      for (int d = 0; d < Dim; ++d) {
-        const int unknown = space_.unknown(static_cast<Index>(n), d);
-        if (unknown >= 0) right[unknown] = residual[n * Dim + static_cast<std::size_t>(d)] + lift.force[unknown];
-      }
-    }
-    ++iterations_;
-    if (space_.unknown_count() > 0) {
-      Stage stage(profile_, "linear solve");
-      if (!is_analyzed_) linear_solver_->analyze(assembly_.matrix());
-      is_analyzed_ = true;
-      if (!linear_solver_->factorize(assembly_.matrix(), is_symmetric ? Symmetry::symmetric : Symmetry::general) ||
-          !linear_solver_->solve(right, solution)) {
-        return fmt::format("the linear system of iteration {} is singular, or {} found no solution: {} unknowns in {} cells", iteration,
-                           linear_solver_->name(), space_.unknown_count(), space_.cells().size());
-      }
-    }
-    for (std::size_t n = 0; n < space_.nodes().size(); ++n) {
-      for (int d = 0; d < Dim; ++d) {
-        const int unknown = space_.unknown(static_cast<Index>(n), d);
-        const std::size_t k = n * Dim + static_cast<std::size_t>(d);
-        increment[k] = unknown >= 0 ? solution[unknown] : -prescribed[k];
-      }
-    }
-    Real share = 1;
-    Inversion inversion;
-    for (int halving = 0;; ++halving) {
-      for (std::size_t k = 0; k < u.size(); ++k) trial[k] = u[k] - share * increment[k];
-      {
-        Stage stage(profile_, "inversion");
-        inversion = assembly_.find_inversion(trial);
-      }
-      const bool is_last = halving == k_halvings_max;
-      if (inversion.row >= 0 && is_last) {
-        const auto row = static_cast<std::size_t>(inversion.row);
-        return fmt::format("det F of particle {} at ({:.6g}) would be {:.4g} times what it was, however short the increment", body_.id[row],
-                           fmt::join(body_.position[row], ", "), inversion.J);
-      }
-      if (inversion.row < 0) {
-        if (has_converged(trial, increment, share) && has_all) {
-          u = trial;
-          return std::nullopt;
-        }
-        Stage stage(profile_, "assembly");
-        assembly_.residual_and_matrix(trial, load, residual, lift);
-        const Real after = unknown_norm(residual);
-        if (spec_.halving == StepHalving::inversion || is_last || !has_all || after < before || after <= k_round_off * force_scale) break;
-        report_.increments.pop_back();
-      }
-      share /= 2;
-      ++report_.halvings;
-    }
-    u = trial;
-    if (has_all) continue;
-    // The matrix that was just made has been asked for the whole rest; what was taken of it is gone.
-    for (Real& left : prescribed) left *= 1 - share;
-    lift.force *= 1 - share;
-    if (share == 1) lift.displacement = nullptr;
-  }
-  return fmt::format("no convergence in {} iterations (residual {:.3g} N of {:.3g} N, last increment {:.3g} of the displacement)",
-                     spec_.iterations_max, unknown_norm(residual), force_scale, report_.increments.empty() ? 0 : report_.increments.back());
-}
-
 /// Accelerations at the start from the forces there: M a = f. The mass matrix of particles as quadrature points may be singular, where a
 /// node sees few of them; a step that is short beside the first one adds just enough stiffness.
 template <int Dim>
@@ -319,28 +187,13 @@ void ImplicitSolver<Dim>::set_initial_acceleration(Real t, Real dt) {
   std::vector<Real> residual;
   Lift lift;
   assembly_.residual_and_matrix(zero, load, residual, lift);
-  Vector right(space_.unknown_count());
-  for (std::size_t n = 0; n < space_.nodes().size(); ++n) {
-    for (int d = 0; d < Dim; ++d) {
-      const int unknown = space_.unknown(static_cast<Index>(n), d);
-      if (unknown >= 0) right[unknown] = -residual[n * Dim + static_cast<std::size_t>(d)];
-    }
-  }
-  Vector solution = Vector::Zero(space_.unknown_count());
-  linear_solver_->analyze(assembly_.matrix());
-  is_analyzed_ = true;
-  if (space_.unknown_count() > 0 &&
-      (!linear_solver_->factorize(assembly_.matrix(), Symmetry::general) || !linear_solver_->solve(right, solution))) {
+  if (assembly_.is_new_pattern()) newton_.forget_pattern();
+  std::vector<Real> nodal;
+  if (!newton_.solve_linear(residual, Symmetry::general, nodal)) {
     throw SolverError("t = {:.8g} s: no accelerations follow from the forces at the start; initial_acceleration = \"zero\" does without",
                       t);
   }
-  std::vector<Real> nodal(zero.size(), 0);
-  for (std::size_t n = 0; n < space_.nodes().size(); ++n) {
-    for (int d = 0; d < Dim; ++d) {
-      const int unknown = space_.unknown(static_cast<Index>(n), d);
-      if (unknown >= 0) nodal[n * Dim + static_cast<std::size_t>(d)] = factor * solution[unknown];
-    }
-  }
+  for (Real& value : nodal) value *= -factor;
   std::vector<Real> A;
   std::vector<Vec<Dim>> a;
   assembly_.deform(nodal, A, a);
@@ -364,7 +217,7 @@ template <int Dim>
 void ImplicitSolver<Dim>::commit(Real t, Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u) {
   std::vector<Real> residual;
   assembly_.residual(u, load, residual);
-  report_.residuals.push_back(unknown_norm(residual));
+  newton_.report_residual(newton_.unknown_norm(residual));
   std::vector<Real> A;
   std::vector<Vec<Dim>> du;
   assembly_.deform(u, A, du);
@@ -542,7 +395,7 @@ template <int Dim>
 std::vector<StepNumber> ImplicitSolver<Dim>::step_numbers() const {
   return {{"newton_iterations", "1", static_cast<Real>(iterations_)},
           {"step_cuts", "1", static_cast<Real>(cuts_)},
-          {"residual", "N", report_.residuals.empty() ? 0 : report_.residuals.back()},
+          {"residual", "N", newton_.report().residuals.empty() ? 0 : newton_.report().residuals.back()},
           {"active_unknowns", "1", static_cast<Real>(space_.unknown_count())},
           {"receding_particles", "1", static_cast<Real>(space_.receding_count())},
           {"step_seconds", "s", step_seconds_}};

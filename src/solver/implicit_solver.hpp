@@ -8,17 +8,10 @@
 #include "body/point_body.hpp"
 #include "mesh/basis.hpp"
 #include "solver/assembly.hpp"
-#include "solver/linear_solver.hpp"
+#include "solver/newton.hpp"
 #include "solver/step_space.hpp"
 
 namespace matpoint {
-
-/// How Newton's method went in one step.
-struct NewtonReport {
-  std::vector<Real> residuals;   ///< Norms over the unknowns before each iteration [N], and after the last one.
-  std::vector<Real> increments;  ///< Of each iteration, relative to the displacement of the step [1].
-  int halvings = 0;              ///< How often an increment was halved.
-};
 
 template <int Dim>
 class ImplicitSolver final : public Solver {
@@ -49,22 +42,16 @@ class ImplicitSolver final : public Solver {
   std::vector<std::string> warnings() const override;
 
   // For tests: the parts of a step.
-  const NewtonReport& newton_report() const { return report_; }
+  const NewtonReport& newton_report() const { return newton_.report(); }
   StepSpace<Dim>& space() { return space_; }
   Assembly<Dim>& assembly() { return assembly_; }
   const PointBody<Dim>& body() const { return body_; }
 
  private:
-  /// What a try of a step came to; empty text: it converged.
-  struct Failure {
-    std::string text;
-  };
   /// Advances by dt, in halves where Newton's method fails.
   void advance(Real t, Real dt, int cuts);
+  /// Does nothing when it fails, and says why.
   std::optional<std::string> try_step(Real t, Real dt);
-  /// Newton's method from u = 0, with the prescribed displacements by active node and component [m]: fills `u`, or says why it failed.
-  std::optional<std::string> solve(const StepLoad<Dim>& load, std::vector<Real> prescribed, std::vector<Real>& u);
-  bool has_converged(const std::vector<Real>& u, const std::vector<Real>& increment, Real scale);
   void set_initial_acceleration(Real t, Real dt);
   StepLoad<Dim> make_load(Real t_end, Real dt);
   StepInertia newmark(Real dt) const;
@@ -72,7 +59,6 @@ class ImplicitSolver final : public Solver {
   void book(Real t_end, Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Real>& residual);
   void change_gravity(const Vec3& gravity, const std::vector<Real>& u);
   void check_support() const;
-  Real unknown_norm(const std::vector<Real>& nodal) const;
   void find_escapes();
 
   Case case_;
@@ -83,8 +69,8 @@ class ImplicitSolver final : public Solver {
   NodeConditions<Dim> conditions_;
   StepSpace<Dim> space_;
   Assembly<Dim> assembly_;
-  std::unique_ptr<LinearSolver> linear_solver_;
-  bool is_analyzed_ = false;
+  Profile profile_;
+  Newton<Dim> newton_;
   Vec3 gravity_;  ///< Now [m/s^2].
   std::vector<Real> body_force_values_;
   bool has_acceleration_ = false;
@@ -92,14 +78,12 @@ class ImplicitSolver final : public Solver {
   Vec3 gravity_force_{};         ///< On all particles, as the accelerations at the end of the last step have it [N].
   Vec3 body_force_force_{};      ///< The same of the body force.
   Vec3 reaction_{};              ///< And of the conditions at nodes.
-  NewtonReport report_;
-  int iterations_ = 0;  ///< Of the last step, all parts of it together.
+  int iterations_ = 0;           ///< Of the last step, all parts of it together.
   int cuts_ = 0;
   double step_seconds_ = 0;
   std::vector<Escape> escapes_;
   std::vector<Index> escaped_rows_;
   Ledger ledger_;
-  Profile profile_;
 };
 
 std::unique_ptr<Solver> make_implicit_solver(const Case& problem);

@@ -1,0 +1,11 @@
+// The implicit solver's time by stage, and its linear solvers beside each other.
+#pragma once
+
+#include <string>
+
+namespace matpoint::bench {
+
+/// Prints the table, and writes it to `csv` unless empty. `threads`: 0 for 1 and 2 threads in turn.
+void run_implicit(const std::string& csv, int threads);
+
+}  // namespace matpoint::bench
