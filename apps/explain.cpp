@@ -30,6 +30,7 @@ std::vector<Topic> all_topics() {
   append(topics, "region", region_registry());
   append(topics, "layout", layout_registry());
   append(topics, "velocity", velocity_registry());
+  append(topics, "rule", step_rule_registry());
   return topics;
 }
 
@@ -128,6 +129,7 @@ int list_command(const std::string& what) {
                                    {"regions", [] { list_topics("regions", "region"); }},
                                    {"layouts", [] { list_topics("layouts", "layout"); }},
                                    {"velocities", [] { list_topics("velocities", "velocity"); }},
+                                   {"rules", [] { list_topics("rules for the time step of the implicit solver", "rule"); }},
                                    {"sections", [] { list_topics("sections of a case file", "section"); }},
                                    {"fields", list_fields}};
   std::vector<std::string> names;

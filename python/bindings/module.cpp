@@ -57,6 +57,7 @@ nb::typed<nb::dict, nb::str, nb::typed<nb::list, Table>> vocabulary() {
   all["layouts"] = describe(layout_registry());
   all["velocities"] = describe(velocity_registry());
   all["materials"] = describe(material_registry());
+  all["rules"] = describe(step_rule_registry());
   return all;
 }
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from matpoint.parts import class_names, docstring
 
-HEAD = '''"""The parts of a case as Python objects: sections, regions, layouts, velocities and materials."""
+HEAD = '''"""The parts of a case as Python objects: sections, regions, layouts, velocities, materials and rules."""
 
 from typing import Any, ClassVar
 

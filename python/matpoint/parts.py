@@ -1,4 +1,4 @@
-"""The parts of a case as Python objects: sections, regions, layouts, velocities and materials.
+"""The parts of a case as Python objects: sections, regions, layouts, velocities, materials and rules.
 
 They are made from the core's own list, so that Python, case files and C++ have the same names: the region `half_space` is the class
 `HalfSpace`, its parameters are the keywords. A part is a dict with the keys of a case file; keys are attributes, too:
@@ -97,6 +97,7 @@ def class_names() -> list[tuple[str, str, dict[str, Any], str]]:
         "layouts": ("", "A layout, for bodies."),
         "velocities": ("Velocity", "An initial velocity, for bodies."),
         "materials": ("", "A material, for bodies."),
+        "rules": ("Rule", "How long the next step is, for `Time` and the implicit solver."),
     }
     found = []
     sections = {entry["name"]: entry for entry in vocabulary["sections"]}

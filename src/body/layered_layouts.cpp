@@ -60,7 +60,7 @@ struct LayeredDisk final : Layout {
     table.optional("normalized", "1", &LayeredDisk::is_normalized, any_number(),
                    "Whether volumes are scaled to the disk's area; the last layer may reach a little over its edge.");
   }
-  // The generator of the paper on implicit MPM (appendix A) with a fixed ratio, which gives its particle counts.
+  // The generator of Aulisa & Capodaglio (appendix A) with a fixed ratio, which gives its particle counts.
   Seeds fill(const Region* region, const SeedingGrid& grid) const override {
     require_2d(grid, name);
     const auto* disk = dynamic_cast<const Disk*>(region);
@@ -119,7 +119,7 @@ struct LayeredBeam final : Layout {
     table.optional("ratio", "1", &LayeredBeam::ratio, between(1, 10), "Each layer is so many times thinner than the one inside it.");
     table.optional("normalized", "1", &LayeredBeam::is_normalized, any_number(), "Whether volumes are scaled to the box's area.");
   }
-  // The generator of the paper on implicit MPM (appendix A), with distances that shrink from layer to layer, which gives its counts.
+  // The generator of Aulisa & Capodaglio (appendix A), with distances that shrink from layer to layer, which gives its counts.
   Seeds fill(const Region* region, const SeedingGrid& grid) const override {
     require_2d(grid, name);
     const Input* const type = region->write(2).find("type");

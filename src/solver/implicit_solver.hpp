@@ -1,7 +1,7 @@
 // Implicit MPM: Newmark's method in time, Newton's method in each step, particles as quadrature points. Nothing goes from the particles to
 // the grid but forces and masses: the unknowns are the displacements of the step, and the particles read theirs off the converged field.
 //
-// Source: the paper on implicit MPM and its coupling with finite elements, sections 2, 3 and 5; docs/implicit.md has the equations with
+// Source: the paper by Aulisa & Capodaglio on implicit MPM and its coupling with FEM, sections 2, 3 and 5; docs/implicit.md has the equations with
 // every gap closed.
 #pragma once
 

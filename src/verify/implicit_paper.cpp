@@ -1,5 +1,6 @@
-// The examples of the paper on implicit MPM: a disk that rolls down an incline (its Table 1) and a cantilever. Published numbers, and those
-// of an independent reference computation, stand in verification/implicit_acceptance.csv, the problems in cases/*.toml.
+// The examples of the paper by Aulisa & Capodaglio on implicit MPM: a disk that rolls down an incline (its Table 1) and a cantilever.
+// Published numbers, and those of an independent reference computation, stand in verification/implicit_acceptance.csv, the problems in
+// cases/*.toml.
 #include <algorithm>
 #include <cmath>
 #include <numbers>

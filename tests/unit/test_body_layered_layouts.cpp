@@ -1,4 +1,4 @@
-// Counts, masses and radii of the generators of the paper on implicit MPM (appendix A), and what is refused.
+// Counts, masses and radii of the generators of Aulisa & Capodaglio (appendix A), and what is refused.
 #include <gtest/gtest.h>
 
 #include <cmath>
