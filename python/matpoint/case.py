@@ -64,12 +64,13 @@ class Case:
 
     Args:
         name: Names the results; a file's stem for a case that was read.
-        sections: The keys of a case file: title, source, dim, gravity [m/s^2], gravity_times [s], gravity_factors, grid, time, solver, output, body, boundary, probe. Sections
-            are parts (`Grid(...)`) or dicts, lists of them for body, boundary and probe. Beside what a file can say:
-            `body_force`, a function of positions (n, dim) [m], or of positions and time [s], that gives accelerations (n, dim) [m/s^2]: at
-            the nodes, or at the particles with the implicit solver; the initial `velocity` of a body as a function of positions (n, dim) that gives velocities (n, dim) [m/s]; the
-            `velocity` of a boundary as a function of time that gives dim numbers [m/s]; regions chosen by `Where`; laws written as
-            `FunctionLaw`; layouts `Points` from arrays.
+        sections: The keys of a case file: title, source, dim, gravity [m/s^2], gravity_times [s], gravity_factors, grid, time,
+            solver, output, body, boundary, probe. Sections are parts (`Grid(...)`) or dicts, lists of them for body, boundary and probe.
+            Beside what a file can say: `body_force`, a function of positions (n, dim) [m], or of positions and time [s], that gives
+            accelerations (n, dim) [m/s^2], at the nodes or, with the implicit solver, at the particles; the initial `velocity` of a body
+            as a function of positions (n, dim) that gives velocities (n, dim) [m/s]; the `velocity` of a boundary
+            as a function of time that gives dim numbers [m/s]; regions chosen by `Where`; laws written as `FunctionLaw`; layouts `Points`
+            from arrays.
 
     Raises:
         InputError: There is no such section. Everything else is checked by `check`, `build` and `resolved`.

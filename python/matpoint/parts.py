@@ -106,7 +106,11 @@ def class_names() -> list[tuple[str, str, dict[str, Any], str]]:
     explicit = sections["solver"]["parameters"]
     shared = {p["name"] for p in explicit}
     summary = f"{sections['solver']['summary']} Or {sections['implicit_solver']['summary']}"
-    sections["solver"] = {**sections["solver"], "summary": summary, "parameters": explicit + [p for p in implicit if p["name"] not in shared]}
+    sections["solver"] = {
+        **sections["solver"],
+        "summary": summary,
+        "parameters": explicit + [p for p in implicit if p["name"] not in shared],
+    }
     del sections["implicit_solver"], sections["case"]
     vocabulary = {**vocabulary, "sections": list(sections.values())}
     for kind, (suffix, title) in kinds.items():

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import matpoint as mp
+import numpy as np
 import pytest
 from conftest import PACKAGE, ROOT
 from matpoint._core import vocabulary
@@ -103,6 +104,34 @@ def test_the_documentation_builds_as_a_site_without_warnings(tmp_path):
     api = (tmp_path / "site/api.html").read_text()
     assert all(f'id="matpoint.{name}"' in api for name in ("Case", "Simulation", "BodyState.velocity", "plot.profile"))
     assert "matpoint.parts.NeoHookean" in api
+
+
+def test_the_implicit_tutorial_runs_and_its_numbers_hold(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    page = (ROOT / "docs/tutorial_implicit.md").read_text()
+    file, swing = re.findall(r"^```toml\n(.*?)^```", page, re.M | re.S)
+    Path("sag.toml").write_text(file)
+    sagging = mp.Case.from_toml("sag.toml").build()
+    start = sagging.bodies["beam"].position
+    tip = int(np.argmin(np.linalg.norm(start - (0.625, 0), axis=1)))
+    sagging.run()
+    assert abs(sagging.bodies["beam"].position[tip, 1] - start[tip, 1] + 0.192) < 0.002
+    assert sagging.history["newton_iterations"][1:].max() <= 6
+    free = mp.Case.from_toml("sag.toml")
+    free.boundary = []
+    with pytest.raises(mp.InputError, match="nothing holds the body"):
+        free.build()
+    changes = [line.split("#")[0].strip() for line in swing.splitlines()]
+    assert changes[:2] == ["gravity_times = [0.39, 0.4]", "gravity_factors = [1, 0]"]
+    moving = mp.Case.from_toml(
+        "sag.toml", ["gravity_times=[0.39,0.4]", "gravity_factors=[1,0]", "time.end=2", "time.dt=0.008", "solver.mode=dynamic"]
+    )
+    swinging = moving.build()
+    swinging.run(until=0.368)
+    assert abs(swinging.bodies["beam"].position[tip, 1] - start[tip, 1] + 0.37) < 0.01
+    names = {}
+    exec(re.findall(r"^```python\n(.*?)^```", page, re.M | re.S)[0], names)  # noqa: S102
+    assert names["simulation"].bodies["beam"].position[:, 1].min() > -0.26
 
 
 def test_the_tutorial_runs_and_its_numbers_hold(tmp_path, monkeypatch):

@@ -216,6 +216,21 @@ def test_an_unstable_run_fails_with_step_time_and_particle(matpoint, case):
     assert re.search(r"error: step \d+, t = \S+ s: .*particle \d+ of body", done.stderr), done.stderr
 
 
+def test_an_implicit_step_that_fails_says_why_and_leaves_what_was_written(matpoint, case, tmp_path):
+    text = CASE.replace("dt = 1e-4", "dt = 0.02")
+    text = re.sub(r"\[solver\].*?\n\n", "", text, flags=re.S) + '\n[solver]\ntype = "implicit"\niterations_max = 2\nstep_cuts_max = 1\n'
+    case.write_text(text)
+    done = matpoint("run", case, "--set", "time.end=0.6", "--set", "output.history_every=0.02")
+    assert done.returncode == 3, done.stdout + done.stderr
+    assert re.match(r"error: step \d+, t = \S+ s: Newton's method failed also with the step cut to 0.01 s", done.stderr), done.stderr
+    folder = tmp_path / "results/fall"
+    assert manifest(folder)["status"] == "failed"
+    written = history(folder)
+    assert len(written["time"]) > 3, "free fall converges at once, the impact does not in two iterations"
+    assert np.all(written["newton_iterations"][1:] >= 1) and np.all(np.isfinite(written["residual"]))
+    assert f"written: history at t = {written['time'][-1]:g} s" in done.stderr
+
+
 def test_an_automatic_step_below_dt_min_fails_the_run(matpoint, case, tmp_path):
     case.write_text(CASE.replace("dt = 1e-4", "dt_min = 0.1"))
     done = matpoint("run", case)

@@ -7,7 +7,7 @@
 #include "case/case_file.hpp"
 #include "case/simulation.hpp"
 #include "core/parallel.hpp"
-#include "laws/damaged_neo_hookean.hpp"
+#include "material/function_material.hpp"
 #include "solver/implicit_solver.hpp"
 #include "support/solver_case.hpp"
 #include "unit/temporary_folder.hpp"
@@ -201,6 +201,21 @@ TEST(ImplicitSolver, a_step_that_fails_to_the_end_says_where_and_why) {
       testing::HasSubstr(
           "step 1, t = 0 s: Newton's method failed also with the step cut to 0.00125 s (2 times in half): no convergence in 1 iterations"));
   EXPECT_THAT(message_of<SolverError>([&] { sim.step(); }), testing::HasSubstr("broke off"));
+}
+
+TEST(ImplicitSolver, a_motion_that_would_turn_particles_inside_out_is_refused_and_named) {
+  Simulation sim(read(k_disk, {"solver.basis=element", "gravity=[0,0]", "solver.step_cuts_max=0", "body.disk.region.center=[1,0.5]",
+                               "body.disk.velocity.value=[0,0]", "body.disk.velocity.angular_velocity=0", "boundary.1.kind=velocity",
+                               "boundary.1.velocity=[0,1e7]"}));
+  EXPECT_THAT(message_of<SolverError>([&] { sim.step(); }),
+              testing::AllOf(testing::HasSubstr("Newton's method failed"), testing::HasSubstr("of particle")));
+}
+
+TEST(ImplicitSolver, a_law_without_a_tangent_is_refused) {
+  Case problem = read(k_disk);
+  problem.bodies[0].material = std::make_shared<FunctionMaterial>(
+      "law", [](const MaterialPoints&) {}, 1000, 10, 0, 0);
+  EXPECT_THAT(message_of<InputError>([&] { Simulation sim(problem); }), testing::HasSubstr("needs a law's exact tangent"));
 }
 
 TEST(ImplicitSolver, particles_that_leave_are_errors_or_removed_with_their_momentum) {
