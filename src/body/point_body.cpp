@@ -28,6 +28,26 @@ struct PointBody<Dim>::Rows {
 };
 
 template <int Dim>
+PointBody<Dim>::PointBody(const BodySpec& spec) : name_(spec.name), material_(spec.material) {}
+
+template <int Dim>
+void PointBody<Dim>::add_point(const Vec<Dim>& x, Real volume) {
+  position.push_back(x);
+  velocity.push_back({});
+  acceleration.push_back({});
+  for (int k = 0; k < Dim * Dim; ++k) F.push_back(k % (Dim + 1) == 0 ? 1 : 0);
+  volume0.push_back(volume);
+  mass.push_back(volume * material_->density());
+  total_mass_ += mass.back();
+  history.resize(history.size() + static_cast<std::size_t>(material_->history_size()), 0);
+  if (material_->is_rate_dependent()) {
+    const std::array<Real, 6> rest = components_of(material_->kirchhoff_stress({1, 0, 0, 0, 1, 0, 0, 0, 1}));
+    tau.insert(tau.end(), rest.begin(), rest.end());
+  }
+  id.push_back(count() - 1);
+}
+
+template <int Dim>
 PointBody<Dim>::PointBody(const BodySpec& spec, const SeedingGrid& grid) : name_(spec.name), material_(spec.material) {
   const Seeds seeds = fill_body(spec, place_of(spec), grid);
   const std::size_t n = seeds.position.size();

@@ -13,6 +13,10 @@ class PointBody {
  public:
   /// Fills the body's region. Throws InputError for an empty body and for particles outside the grid.
   PointBody(const BodySpec& spec, const SeedingGrid& grid);
+  /// Without points.
+  explicit PointBody(const BodySpec& spec);
+  /// Another point, at rest and undeformed, at x [m] with the reference volume [m^3].
+  void add_point(const Vec<Dim>& x, Real volume);
 
   const std::string& name() const { return name_; }
   const Material& material() const { return *material_; }

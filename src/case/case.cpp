@@ -66,7 +66,26 @@ std::string boundary_label(const Input&, std::size_t index) { return fmt::format
 // --- bodies, boundaries ----------------------------------------------------------------------------------------------
 
 void check_body(BodySpec& body, const Input& input, const ReadContext& context) {
+  if (body.method == BodyMethod::elements) {
+    if (body.layout)
+      fail_input(at_key(input, "layout"), context,
+                 "method = \"elements\" needs no layout: the cells of the grid in the region are the body");
+    if (!body.region)
+      fail_input(input, context,
+                 fmt::format("region is missing (table with a type): the cells that the body consists of; allowed: {}",
+                             list_names(region_registry().names())));
+  } else {
+    for (const char* key : {"weight_density", "receding_correction"}) {
+      if (is_given(input, key)) fail_input(at_key(input, key), context, fmt::format("{} is for method = \"elements\" only", key));
+    }
+    if (!body.layout) {
+      fail_input(input, context,
+                 fmt::format("layout is missing (table with a type): How particles fill the region.; allowed: {}",
+                             list_names(layout_registry().names())));
+    }
+  }
   if (body.name.empty()) fail_input(at_key(input, "name"), context, "name is empty; bodies are told apart by their names");
+  if (!body.layout) return;
   if (body.layout->needs_region() && !body.region) {
     fail_input(
         input, context,
@@ -118,6 +137,15 @@ void check_boundary(BoundarySpec& boundary, const Input& input, const ReadContex
           at_key(input, "region"), context,
           "kind = \"slip\" needs a region with one surface: box, disk, sphere, polygon or half_space; give each part its own boundary");
     }
+  }
+  if (boundary.kind == BoundaryKind::traction) {
+    if (boundary.traction.size() != static_cast<std::size_t>(context.dim)) {
+      fail_input(at_key(input, "traction"), context,
+                 fmt::format("kind = \"traction\" needs traction = [...] with {} numbers, got {}", context.dim, boundary.traction.size()));
+    }
+    if (!boundary.components.empty()) fail_input(at_key(input, "components"), context, "kind = \"traction\" takes no components");
+  } else if (is_given(input, "traction")) {
+    fail_input(at_key(input, "traction"), context, "traction is for kind = \"traction\" only");
   }
   if (boundary.kind == BoundaryKind::velocity) {
     check_velocity_table(boundary, input, context);
@@ -210,11 +238,25 @@ void check_together(const Case& problem) {
 
 void BodySpec::declare(ParameterTable<BodySpec>& table) {
   table.required("name", "1", &BodySpec::name, any_number(), "Names the body in results, probes and messages.");
+  table.choice("method", &BodySpec::method, {{"particles", BodyMethod::particles}, {"elements", BodyMethod::elements}},
+               "particles: material points; elements: a body of finite elements, the cells of the grid in the region (implicit solver).");
   typed(table, "region", &BodySpec::region, region_registry, "What the body fills at the start; layout type = \"points\" needs none.",
         false);
-  typed(table, "layout", &BodySpec::layout, layout_registry, "How particles fill the region.", true);
+  typed(table, "layout", &BodySpec::layout, layout_registry, "How particles fill the region; a body of elements has none.", false);
   typed(table, "velocity", &BodySpec::velocity, velocity_registry, "Initial velocity; without it the body is at rest.", false);
   typed(table, "material", &BodySpec::material, material_registry, "The constitutive law with its parameters.", true);
+  table.optional("weight_density", "kg/m^3", &BodySpec::weight_density, non_negative(),
+                 "Of a body of elements: the density that gravity acts on; without it the material's.");
+  table.custom(
+      {"receding_correction", "1", "number", "0", "0 <= value <= 1", "Of a body of elements: C_c for particles that recede from its faces.",
+       false},
+      [](BodySpec& body, const Input& input, const ReadContext& context) {
+        read_value(input, context, "receding_correction", between_closed(0, 1), body.receding_correction);
+      },
+      [](const BodySpec& body, int) -> std::optional<Input> {
+        if (body.receding_correction == 0) return std::nullopt;
+        return Input::real(body.receding_correction);
+      });
 }
 
 void BoundarySpec::declare(ParameterTable<BoundarySpec>& table) {
@@ -230,8 +272,13 @@ void BoundarySpec::declare(ParameterTable<BoundarySpec>& table) {
       });
   typed(table, "region", &BoundarySpec::region, region_registry, "All nodes in a region: an obstacle, a support, a moving wall.", false);
   table.choice("kind", &BoundarySpec::kind,
-               {{"fixed", BoundaryKind::fixed}, {"slip", BoundaryKind::slip}, {"velocity", BoundaryKind::velocity}},
-               "fixed: velocity zero; slip: no velocity through the side or the region's surface; velocity: a given velocity.");
+               {{"fixed", BoundaryKind::fixed},
+                {"slip", BoundaryKind::slip},
+                {"velocity", BoundaryKind::velocity},
+                {"traction", BoundaryKind::traction}},
+               "fixed: velocity zero; slip: no velocity through the side or the region's surface; velocity: a given velocity; traction: a "
+               "dead load on "
+               "the faces of a body of elements.");
   table.custom(
       {"components", "1", type_text<std::vector<std::string>>(), "all", "\"x\", \"y\", \"z\"", "Components that fixed and velocity hold.",
        false},
@@ -277,6 +324,12 @@ void BoundarySpec::declare(ParameterTable<BoundarySpec>& table) {
         if (boundary.velocity_history) return Input::string("a function of time");
         return unless_empty(boundary.velocity, dim);
       });
+  table.custom(
+      {"traction", "Pa", "dim numbers", "", "", "For kind = \"traction\": force per undeformed area, which keeps its direction.", false},
+      [](BoundarySpec& boundary, const Input& input, const ReadContext& context) {
+        read_value(input, context, "traction", any_number(), boundary.traction);
+      },
+      [=](const BoundarySpec& boundary, int dim) { return unless_empty(boundary.traction, dim); });
   table.custom(
       {"times", "s", "array of numbers", "", "ascending", "Times of a table of velocities: linear between, constant before and after.",
        false},
@@ -378,12 +431,13 @@ Case Case::from_input(const Input& input, const std::string& name) {
   return problem;
 }
 
+Real Case::load_factor(Real t) const {
+  if (!gravity_times.empty()) return interpolated(gravity_times, gravity_factors, t);
+  return is_implicit() && implicit.mode == ImplicitMode::quasi_static ? t / time.end : 1;
+}
+
 Vec3 Case::gravity_at(Real t) const {
-  Real factor = 1;
-  if (!gravity_times.empty())
-    factor = interpolated(gravity_times, gravity_factors, t);
-  else if (solver.type == "implicit" && implicit.mode == ImplicitMode::quasi_static)
-    factor = t / time.end;
+  const Real factor = load_factor(t);
   return {factor * gravity[0], factor * gravity[1], factor * gravity[2]};
 }
 

@@ -16,7 +16,7 @@ namespace matpoint {
 
 enum class StressOrder { usl, usf, musl };
 enum class OutsidePolicy { error, remove, stop };
-enum class BoundaryKind { fixed, slip, velocity };
+enum class BoundaryKind { fixed, slip, velocity, traction };
 
 /// A velocity [m/s] as a function of time [s]; programs can give one, case files have tables instead.
 struct VelocityHistory {
@@ -38,19 +38,26 @@ struct GridSpec {
   std::vector<int> cells;       ///< Cells per direction; either this
   std::vector<Real> cell_size;  ///< or this, one number or one per direction, is given. Both are resolved after reading.
   std::vector<std::string> periodic;
-  std::vector<Real> grading;  ///< Per direction: how many times as long each cell is as the one before it. Empty: equal cells.
-  int refinements = 0;        ///< Cells of a mesh are halved so many times.
+  std::vector<Real> grading;               ///< Per direction: how many times as long each cell is as the one before it. Empty: equal cells.
+  std::array<std::vector<Real>, 3> lines;  ///< Per direction, instead of equal or graded cells: their coordinates [m]; empty: none.
+  int refinements = 0;                     ///< Cells of a mesh are halved so many times.
   OutsidePolicy particles_outside = OutsidePolicy::error;
   static void declare(ParameterTable<GridSpec>& table);
 };
 
+/// What a body consists of.
+enum class BodyMethod { particles, elements };
+
 struct BodySpec {
   std::string name;
+  BodyMethod method = BodyMethod::particles;
   RegionPointer region;
   std::shared_ptr<Layout> layout;
   std::shared_ptr<VelocityField> velocity;  ///< Null: at rest.
   std::shared_ptr<Material> material;
-  std::string place;  ///< Where the body stands in the case file, for messages.
+  std::optional<Real> weight_density;  ///< Of a body of elements: what gravity acts on [kg/m^3]; without it the material's density.
+  Real receding_correction = 0;        ///< Of a body of elements: C_c of its faces [1].
+  std::string place;                   ///< Where the body stands in the case file, for messages.
   static void declare(ParameterTable<BodySpec>& table);
 };
 
@@ -61,6 +68,7 @@ struct BoundarySpec {
   BoundaryKind kind = BoundaryKind::slip;
   std::vector<std::string> components;  ///< Fixed components of `fixed` and `velocity`; empty: all.
   std::vector<Real> velocity;           ///< [m/s], dim numbers, for kind = "velocity".
+  std::vector<Real> traction;           ///< [Pa], dim numbers, for kind = "traction".
   std::vector<Real> times;              ///< [s], with velocities: a table in time, linear between, constant outside.
   std::vector<Vec3> velocities;         ///< [m/s], one per time.
   std::shared_ptr<VelocityHistory> velocity_history;
@@ -136,6 +144,9 @@ struct Case {
   /// Reads and checks everything that can be checked without making particles. Throws InputError.
   static Case from_input(const Input& input, const std::string& name);
   bool is_implicit() const { return solver.type == "implicit"; }
+  /// Factor of gravity and tractions at time t [1]: by the table of gravity, or growing with the load steps of a quasi-static run that has
+  /// none.
+  Real load_factor(Real t) const;
   /// Gravity at time t [m/s^2]: by the table, or growing with the load steps of a quasi-static run that has none.
   Vec3 gravity_at(Real t) const;
 

@@ -39,6 +39,24 @@ void check_mesh(GridSpec& grid, const Input& input, const ReadContext& context) 
     fail_input(at_key(input, "grading"), context,
                fmt::format("grading has {} numbers; give one, or one per direction ({})", grid.grading.size(), dim));
   }
+  for (std::size_t d = 0; d < 3; ++d) {
+    const std::string key = std::string("lines_") + "xyz"[d];
+    const std::vector<Real>& line = grid.lines[d];
+    if (line.empty()) continue;
+    if (d >= dim) fail_input(at_key(input, key), context, fmt::format("{} is for dim = 3", key));
+    if (!grid.grading.empty() && grid.grading[d] != 1)
+      fail_input(at_key(input, key), context, fmt::format("{} and grading are both given; give one of them", key));
+    if (line.size() != static_cast<std::size_t>(grid.cells[d]) + 1 || line.front() != grid.lower[d] || line.back() != grid.upper[d]) {
+      fail_input(at_key(input, key), context,
+                 fmt::format("{} must go from lower = {} to upper = {} in {} cells, so with {} numbers; it has {}, from {} to {}", key,
+                             grid.lower[d], grid.upper[d], grid.cells[d], grid.cells[d] + 1, line.size(), line.front(), line.back()));
+    }
+    for (std::size_t k = 1; k < line.size(); ++k) {
+      if (line[k] > line[k - 1]) continue;
+      fail_input(at_key(input, key), context,
+                 fmt::format("{0}[{1}] = {2} must be greater than {0}[{3}] = {4}", key, k, line[k], k - 1, line[k - 1]));
+    }
+  }
   for (std::size_t d = 0; d < grid.grading.size(); ++d) {
     const Real spread = std::pow(grid.grading[d], grid.cells[d] - 1);
     if (spread < 1e6 && spread > 1e-6) continue;
@@ -111,6 +129,19 @@ void GridSpec::declare(ParameterTable<GridSpec>& table) {
         if (grid.grading.empty()) return std::nullopt;
         return write_value(grid.grading, dim);
       });
+  for (std::size_t d = 0; d < 3; ++d) {
+    const std::string name = std::string("lines_") + "xyz"[d];
+    table.custom(
+        {name, "m", "array of numbers", "", "ascending, from lower to upper, one more than cells",
+         "Implicit solver on elements: where the cells begin and end in this direction, instead of equal or graded ones.", false},
+        [=](GridSpec& grid, const Input& input, const ReadContext& context) {
+          read_value(input, context, name, any_number(), grid.lines[d]);
+        },
+        [=](const GridSpec& grid, int dim) -> std::optional<Input> {
+          if (grid.lines[d].empty()) return std::nullopt;
+          return write_value(grid.lines[d], dim);
+        });
+  }
   table.custom(
       {"refinements", "1", "integer", "0", "0 <= value <= 12", "Implicit solver: how many times all cells are halved.", false},
       [](GridSpec& grid, const Input& input, const ReadContext& context) {

@@ -60,15 +60,22 @@ const Input& section_of(const Input& input, const std::string& name) { return at
 
 void check_for_explicit(const Case& problem, const Input& input) {
   const Input& grid = section_of(input, "grid");
-  for (const char* key : {"grading", "refinements"}) {
+  for (const char* key : {"grading", "refinements", "lines_x", "lines_y", "lines_z"}) {
     if (is_given(grid, key)) fail_case(at_key(grid, key), "grid", fmt::format("{} is for solver.type = \"implicit\" only", key));
   }
   const Input& time = section_of(input, "time");
   if (problem.time.rule) fail_case(at_key(time, "rule"), "time", "rule is for solver.type = \"implicit\" only; automatic steps follow cfl");
+  for (const BodySpec& body : problem.bodies) {
+    if (body.method == BodyMethod::elements) {
+      fail_case(Input::table().with_place(body.place), fmt::format("body {}", body.name),
+                "method = \"elements\" is for solver.type = \"implicit\" only: the explicit solver's grid has no finite elements");
+    }
+  }
   for (std::size_t b = 0; b < problem.boundaries.size(); ++b) {
     const BoundarySpec& boundary = problem.boundaries[b];
     const Input place = Input::table().with_place(boundary.place);
     const std::string where = fmt::format("boundary {}", b + 1);
+    if (boundary.kind == BoundaryKind::traction) fail_case(place, where, "kind = \"traction\" is for solver.type = \"implicit\" only");
     if (boundary.receding_correction > 0) fail_case(place, where, "receding_correction is for solver.type = \"implicit\" only");
     if (boundary.is_attached) fail_case(place, where, "attached is for solver.type = \"implicit\" only");
   }
@@ -102,25 +109,29 @@ void check_for_implicit(const Case& problem, const Input& input) {
   const Input& grid = section_of(input, "grid");
   const bool is_element = problem.implicit.basis == BasisKind::element;
   if (!problem.grid.periodic.empty()) fail_case(at_key(grid, "periodic"), "grid", "the implicit solver has no periodic sides");
-  if (!is_element && is_given(grid, "grading"))
-    fail_case(at_key(grid, "grading"), "grid", "grading is for solver.basis = \"element\"; B-splines need equal cells");
-  if (problem.bodies.size() > 1) {
-    fail_case(Input::table().with_place(problem.bodies[1].place), fmt::format("body {}", problem.bodies[1].name),
-              fmt::format("the implicit solver has no contact between bodies yet, so a case has one body, not {}", problem.bodies.size()));
+  for (const char* key : {"grading", "lines_x", "lines_y", "lines_z"}) {
+    if (!is_element && is_given(grid, key))
+      fail_case(at_key(grid, key), "grid", fmt::format("{} is for solver.basis = \"element\"; B-splines need equal cells", key));
   }
-  const BodySpec& body = problem.bodies.front();
-  const Input body_place = Input::table().with_place(body.place);
-  const std::string body_where = fmt::format("body {}", body.name);
-  if (body.material->law_index() < 0) {
-    fail_case(body_place, body_where,
-              "the implicit solver needs a law's exact tangent, which a law given as a function does not have; write it in C++ "
-              "(docs/add_a_material.md), or use solver.type = \"explicit\"");
-  }
-  if (problem.implicit.mode == ImplicitMode::quasi_static) {
-    if (body.material->is_rate_dependent() && body.material->history_size() == 0)
-      fail_case(body_place, body_where,
-                fmt::format("the law \"{}\" depends on rates, which mode = \"static\" does not have", body.material->type()));
-    if (body.velocity) fail_case(body_place, body_where, "a body in mode = \"static\" has no velocity");
+  int particle_bodies = 0;
+  for (const BodySpec& body : problem.bodies) {
+    const Input place = Input::table().with_place(body.place);
+    const std::string where = fmt::format("body {}", body.name);
+    if (body.method == BodyMethod::elements && !is_element)
+      fail_case(place, where, "method = \"elements\" needs solver.basis = \"element\": its cells are elements of the background");
+    if (body.method == BodyMethod::particles && ++particle_bodies > 1) {
+      fail_case(place, where, "the implicit solver has no contact between bodies of particles yet, so a case has one of them at most");
+    }
+    if (body.material->law_index() < 0) {
+      fail_case(place, where,
+                "the implicit solver needs a law's exact tangent, which a law given as a function does not have; write it in C++ "
+                "(docs/add_a_material.md), or use solver.type = \"explicit\"");
+    }
+    if (problem.implicit.mode != ImplicitMode::quasi_static) continue;
+    if (body.material->is_rate_dependent() && body.material->history_size() == 0) {
+      fail_case(place, where, fmt::format("the law \"{}\" depends on rates, which mode = \"static\" does not have", body.material->type()));
+    }
+    if (body.velocity) fail_case(place, where, "a body in mode = \"static\" has no velocity");
   }
   const Input& output = section_of(input, "output");
   if (problem.output.grid)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <stdexcept>
 
 #include "core/error.hpp"
 
@@ -38,6 +39,12 @@ class ElementBasis final : public Basis<Dim> {
     }
     return point;
   }
+  std::optional<ElementPoint<Dim>> locate_from(const Vec<Dim>& x, Index cell, const std::vector<bool>& is_barred) const override {
+    return mesh_.locate(x, cell, &is_barred);
+  }
+  Vec<Dim> position(const ElementPoint<Dim>& point) const override { return mesh_.position(point); }
+  void set_nodes(std::vector<Vec<Dim>> nodes) override { mesh_.set_nodes(std::move(nodes)); }
+  Index neighbour(Index cell, int axis, bool is_upper) const override { return mesh_.neighbour(cell, axis, is_upper); }
   Real evaluate(const ElementPoint<Dim>& point, Real* N, Real* gradients) const override { return mesh_.evaluate(point, N, gradients); }
 
   const std::vector<ElementFace>& side_faces(const std::string& side) const override { return mesh_.parts().at(side); }
@@ -136,6 +143,25 @@ class SplineBasis final : public Basis<Dim> {
     return point;
   }
 
+  std::optional<ElementPoint<Dim>> locate_from(const Vec<Dim>& x, Index, const std::vector<bool>&) const override { return locate(x); }
+  Vec<Dim> position(const ElementPoint<Dim>& point) const override {
+    const std::array<Index, Dim> cell = places(point.element);
+    Vec<Dim> x;
+    for (std::size_t d = 0; d < Dim; ++d) x[d] = lower_[d] + (static_cast<Real>(cell[d]) + 0.5 * (point.xi[d] + 1)) * cell_size_[d];
+    return x;
+  }
+  void set_nodes(std::vector<Vec<Dim>>) override { throw std::logic_error("control points of splines stay where they are"); }
+  Index neighbour(Index cell, int axis, bool is_upper) const override {
+    std::array<Index, Dim> place = places(cell);
+    place[static_cast<std::size_t>(axis)] += is_upper ? 1 : -1;
+    Index number = 0;
+    for (std::size_t d = Dim; d-- > 0;) {
+      if (place[d] < 0 || place[d] >= cells_[d]) return -1;
+      number = number * cells_[d] + place[d];
+    }
+    return number;
+  }
+
   Real evaluate(const ElementPoint<Dim>& point, Real* N, Real* gradients) const override {
     const std::array<Index, Dim> cell = places(point.element);
     Real values[Dim][3];
@@ -227,8 +253,12 @@ std::vector<QuadraturePoint<Dim>> Basis<Dim>::quadrature(Index cell) const {
 template <int Dim>
 std::unique_ptr<Basis<Dim>> make_element_basis(const GridSpec& grid, int order) {
   std::array<std::vector<Real>, Dim> lines;
-  for (std::size_t d = 0; d < Dim; ++d)
-    lines[d] = graded_line(grid.lower[d], grid.upper[d], grid.cells[d], grid.grading.empty() ? 1 : grid.grading[d], grid.refinements);
+  for (std::size_t d = 0; d < Dim; ++d) {
+    lines[d] = grid.lines[d].empty()
+                   ? graded_line(grid.lower[d], grid.upper[d], grid.cells[d], grid.grading.empty() ? 1 : grid.grading[d], 0)
+                   : grid.lines[d];
+    for (int r = 0; r < grid.refinements; ++r) lines[d] = halved(lines[d]);
+  }
   return std::make_unique<ElementBasis<Dim>>(std::move(lines), order);
 }
 

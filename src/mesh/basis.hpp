@@ -31,6 +31,14 @@ class Basis {
 
   /// The cell with x and the place in it; nothing outside. Cells are half open, a point on a face belongs to the one above it.
   virtual std::optional<ElementPoint<Dim>> locate(const Vec<Dim>& x) const = 0;
+  /// The same from a cell near it, on a background that may have been moved; barred cells are not entered (Mesh::locate).
+  virtual std::optional<ElementPoint<Dim>> locate_from(const Vec<Dim>& x, Index cell, const std::vector<bool>& is_barred) const = 0;
+  /// Position of a place in a cell [m].
+  virtual Vec<Dim> position(const ElementPoint<Dim>& point) const = 0;
+  /// Moves the nodes [m]; for elements only.
+  virtual void set_nodes(std::vector<Vec<Dim>> nodes) = 0;
+  /// The cell behind a face, or -1.
+  virtual Index neighbour(Index cell, int axis, bool is_upper) const = 0;
   /// Functions [1] and their gradients [1/m], functions_per_cell() and Dim times as many; the Jacobian of the cell.
   virtual Real evaluate(const ElementPoint<Dim>& point, Real* N, Real* gradients) const = 0;
 

@@ -240,7 +240,7 @@ Vec<Dim> Mesh<Dim>::position(const ElementPoint<Dim>& point) const {
 }
 
 template <int Dim>
-std::optional<ElementPoint<Dim>> Mesh<Dim>::locate(const Vec<Dim>& x, Index guess) const {
+std::optional<ElementPoint<Dim>> Mesh<Dim>::locate(const Vec<Dim>& x, Index guess, const std::vector<bool>* is_barred) const {
   constexpr Real k_converged = 1e-13;
   constexpr Real k_outside = 1e-10;
   constexpr int k_iterations = 30;
@@ -279,6 +279,7 @@ std::optional<ElementPoint<Dim>> Mesh<Dim>::locate(const Vec<Dim>& x, Index gues
     if (std::abs(point.xi[worst]) <= 1 + k_outside) return has_converged ? std::optional(point) : std::nullopt;
     const Index next = neighbours_[static_cast<std::size_t>(point.element * 2 * Dim) + 2 * worst + (point.xi[worst] > 0 ? 1 : 0)];
     if (next < 0) return std::nullopt;
+    if (is_barred != nullptr && (*is_barred)[static_cast<std::size_t>(next)]) return has_converged ? std::optional(point) : std::nullopt;
     point = {next, {}};
   }
   return std::nullopt;
@@ -353,6 +354,17 @@ Mesh<Dim> tensor_mesh(const std::array<std::vector<Real>, Dim>& lines, int order
   return Mesh<Dim>(order, std::move(nodes), std::move(elements), std::move(parts));
 }
 
+std::vector<Real> halved(const std::vector<Real>& line) {
+  std::vector<Real> fine;
+  fine.reserve(2 * line.size());
+  for (std::size_t k = 0; k + 1 < line.size(); ++k) {
+    fine.push_back(line[k]);
+    fine.push_back(0.5 * (line[k] + line[k + 1]));
+  }
+  fine.push_back(line.back());
+  return fine;
+}
+
 std::vector<Real> graded_line(Real lower, Real upper, int cells, Real ratio, int refinements) {
   std::vector<Real> line = {lower};
   // Each line from the sum of a geometric series, so that equal cells (ratio 1) stay equal to the last bit.
@@ -363,16 +375,7 @@ std::vector<Real> graded_line(Real lower, Real upper, int cells, Real ratio, int
     length *= ratio;
   }
   line.push_back(upper);
-  for (int r = 0; r < refinements; ++r) {
-    std::vector<Real> fine;
-    fine.reserve(2 * line.size());
-    for (std::size_t k = 0; k + 1 < line.size(); ++k) {
-      fine.push_back(line[k]);
-      fine.push_back(0.5 * (line[k] + line[k + 1]));
-    }
-    fine.push_back(line.back());
-    line = std::move(fine);
-  }
+  for (int r = 0; r < refinements; ++r) line = halved(line);
   return line;
 }
 

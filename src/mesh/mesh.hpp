@@ -52,6 +52,11 @@ class Mesh {
   /// Nodes of the boundary, whether or not a part names their faces.
   std::vector<Index> boundary_nodes() const;
 
+  /// The element behind the face, or -1.
+  Index neighbour(Index e, int axis, bool is_upper) const {
+    return neighbours_[static_cast<std::size_t>(e * 2 * Dim + 2 * axis + (is_upper ? 1 : 0))];
+  }
+
   /// Moves the nodes, in the order of their numbers.
   void set_nodes(std::vector<Vec<Dim>> nodes);
 
@@ -62,7 +67,8 @@ class Mesh {
 
   /// The element that holds x, by Newton's method on the inverse map from `guess` and hops to the neighbour on the side on which the local
   /// coordinates leave [-1, 1]; nothing when the way ends at the boundary. Elements may be deformed.
-  std::optional<ElementPoint<Dim>> locate(const Vec<Dim>& x, Index guess) const;
+  /// With `is_barred`, by element, the way does not go into such elements: it ends before them, with local coordinates beyond +-1.
+  std::optional<ElementPoint<Dim>> locate(const Vec<Dim>& x, Index guess, const std::vector<bool>* is_barred = nullptr) const;
   /// The same without a guess.
   std::optional<ElementPoint<Dim>> locate(const Vec<Dim>& x) const;
 
@@ -87,6 +93,9 @@ class Mesh {
 /// are left, right, bottom, top (and front, back).
 template <int Dim>
 Mesh<Dim> tensor_mesh(const std::array<std::vector<Real>, Dim>& lines, int order);
+
+/// The coordinates with those of the middles between.
+std::vector<Real> halved(const std::vector<Real>& line);
 
 /// Coordinates of `cells` intervals from lower to upper, each `ratio` times as long as the one before it, halved `refinements` times.
 std::vector<Real> graded_line(Real lower, Real upper, int cells, Real ratio, int refinements);

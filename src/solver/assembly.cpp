@@ -5,6 +5,7 @@
 
 #include "core/error.hpp"
 #include "core/parallel.hpp"
+#include "solver/background_reset.hpp"
 
 namespace matpoint {
 namespace {
@@ -64,7 +65,9 @@ struct Assembly<Dim>::Kernels {
   static void work_cell(const Assembly& self, std::size_t cell, const std::vector<Real>& u, const StepLoad<Dim>& load, Real* residual,
                         Real* K) {
     const StepSpace<Dim>& space = self.space_;
-    const PointBody<Dim>& body = self.body_;
+    const std::size_t source = space.source_of(cell);
+    const PointBody<Dim>& body = *space.sources()[source].points;
+    const Law& law = self.laws_[source];
     Real u_cell[N * Dim];
     const int* const nodes = space.cell_nodes(cell);
     for (int k = 0; k < N; ++k) std::copy_n(u.data() + nodes[k] * Dim, Dim, u_cell + k * Dim);
@@ -93,7 +96,7 @@ struct Assembly<Dim>::Kernels {
       points.history = history.data();
       points.S = S;
       points.tangent = K != nullptr ? D : nullptr;
-      self.law_(self.law_data_, points);
+      law.evaluate(law.data, points);
       for (Index k = 0; k < count; ++k) {
         const auto p = static_cast<std::size_t>(space.particles()[static_cast<std::size_t>(first + k)]);
         const Real* const N_p = space.N(first + k);
@@ -106,8 +109,7 @@ struct Assembly<Dim>::Kernels {
           Real du = 0;
           for (int node = 0; node < N; ++node) du += N_p[node] * u_cell[node * Dim + i];
           const Real acceleration = load.inertia.u * du - load.inertia.v * body.velocity[p][s] - load.inertia.a * body.acceleration[p][s];
-          const Real b = load.gravity[s] + (load.body_force != nullptr ? load.body_force[p * Dim + s] : 0);
-          force[i] = mass * (acceleration - b);
+          force[i] = mass * (acceleration - load.b(source, law.weight_ratio, p, s));
         }
         for (int node = 0; node < N; ++node) {
           for (int i = 0; i < Dim; ++i) {
@@ -150,20 +152,17 @@ struct Assembly<Dim>::Kernels {
   }
 };
 
+namespace {
+
+/// The shear modulus of a law at rest, or, of a law without one, the modulus of its pressure waves [Pa].
 template <int Dim>
-Assembly<Dim>::Assembly(const PointBody<Dim>& body, const StepSpace<Dim>& space)
-    : body_(body), space_(space), law_(tangent_function<Dim>(body.material())), law_data_(body.material().law_data()) {
-  if (law_ == nullptr) {
-    throw InputError("body \"{}\": the implicit solver needs a law's exact tangent, which the law \"{}\" does not have", body.name(),
-                     body.material().type());
-  }
-  // The shear modulus at rest, or, of a law without one, the modulus of its pressure waves.
+Real modulus_at_rest(TangentFunction<Dim> evaluate, const Material& material) {
   constexpr int n = Dim * Dim;
   Real A[n] = {};
   for (int d = 0; d < Dim; ++d) A[d * Dim + d] = 1;
   Real S[n];
   Real D[n * n];
-  const std::vector<Real> history(static_cast<std::size_t>(std::max(1, body.material().history_size())), 0);
+  const std::vector<Real> history(static_cast<std::size_t>(std::max(1, material.history_size())), 0);
   TangentPoints point;
   point.count = 1;
   point.A = A;
@@ -171,17 +170,35 @@ Assembly<Dim>::Assembly(const PointBody<Dim>& body, const StepSpace<Dim>& space)
   point.history = history.data();
   point.S = S;
   point.tangent = D;
-  law_(law_data_, point);
+  evaluate(material.law_data(), point);
   const Real shear = D[1 * n + 1];  // dS_xy / dA_xy
-  soft_modulus_ = shear > 0 ? shear : D[0];
+  return shear > 0 ? shear : D[0];
+}
+
+}  // namespace
+
+template <int Dim>
+Assembly<Dim>::Assembly(const StepSpace<Dim>& space) : space_(space) {
+  for (const PointSource<Dim>& source : space.sources()) {
+    const Material& material = source.points->material();
+    const TangentFunction<Dim> evaluate = tangent_function<Dim>(material);
+    if (evaluate == nullptr) {
+      throw InputError("body \"{}\": the implicit solver needs a law's exact tangent, which the law \"{}\" does not have",
+                       source.points->name(), material.type());
+    }
+    laws_.push_back(
+        {evaluate, material.law_data(), modulus_at_rest<Dim>(evaluate, material), source.fem != nullptr ? source.fem->weight_ratio() : 1});
+  }
 }
 
 template <int Dim>
 void Assembly<Dim>::start() {
   is_new_pattern_ = pattern_ != space_.pattern();
-  if (!is_new_pattern_) return;
-  make_pattern();
-  make_soft_stiffness();
+  if (is_new_pattern_) make_pattern();
+  // On a background that moves the cells change their shape from step to step.
+  const bool is_moved =
+      std::any_of(space_.sources().begin(), space_.sources().end(), [](const auto& source) { return source.fem != nullptr; });
+  if (is_new_pattern_ || is_moved) make_soft_stiffness();
   pattern_ = space_.pattern();
 }
 
@@ -242,7 +259,6 @@ void Assembly<Dim>::make_pattern() {
 /// On cells with C > 0: r += mu C int (grad u + grad u^T) : grad N (eq. 26), on the step's displacement.
 template <int Dim>
 void Assembly<Dim>::make_soft_stiffness() {
-  const auto functions = space_.functions();
   soft_cells_.assign(space_.cells().size(), -1);
   int count = 0;
   for (std::size_t c = 0; c < soft_cells_.size(); ++c) {
@@ -253,24 +269,8 @@ void Assembly<Dim>::make_soft_stiffness() {
     const auto c = static_cast<std::size_t>(cell);
     if (soft_cells_[c] < 0) return;
     Real* const K = soft_stiffness_.data() + static_cast<std::size_t>(soft_cells_[c]) * width() * width();
-    std::vector<Real> N(static_cast<std::size_t>(functions));
-    std::vector<Real> g(width());
-    for (const QuadraturePoint<Dim>& point : space_.basis().quadrature(space_.cells()[c])) {
-      space_.basis().evaluate(point.point, N.data(), g.data());
-      const Real factor = soft_modulus_ * space_.soft_factor(c) * point.weight;
-      for (int I = 0; I < functions; ++I) {
-        for (int J = 0; J < functions; ++J) {
-          Real product = 0;
-          for (int d = 0; d < Dim; ++d) product += g[static_cast<std::size_t>(I * Dim + d)] * g[static_cast<std::size_t>(J * Dim + d)];
-          for (int i = 0; i < Dim; ++i) {
-            Real* const row = K + static_cast<std::size_t>((I * Dim + i) * functions * Dim + J * Dim);
-            row[i] += factor * product;
-            for (int k = 0; k < Dim; ++k)
-              row[k] += factor * g[static_cast<std::size_t>(I * Dim + k)] * g[static_cast<std::size_t>(J * Dim + i)];
-          }
-        }
-      }
-    }
+    const Real factor = laws_[space_.source_of(c)].soft_modulus * space_.soft_factor(c);
+    add_symmetric_gradient_stiffness<Dim>(space_.basis(), space_.cells()[c], factor, K);
   });
 }
 
@@ -330,6 +330,7 @@ void Assembly<Dim>::assemble(const std::vector<Real>& u, const StepLoad<Dim>& lo
       if (with_matrix) scatter(first + c, cell_matrices_.data() + c * width() * width(), *lift);
     }
   }
+  for (std::size_t k = 0; k < load.nodal_force.size(); ++k) residual[k] -= load.nodal_force[k];
 }
 
 template <int Dim>
@@ -363,22 +364,24 @@ Inversion Assembly<Dim>::find_inversion(const std::vector<Real>& u) const {
   std::vector<Vec<Dim>> du;
   deform(u, A, du);
   Inversion worst;
-  for (std::size_t k = 0; k < du.size(); ++k) {
+  space_.for_each_point([&](std::size_t source, std::size_t row, std::size_t k) {
     const Real* const a = A.data() + k * Dim * Dim;
     Real J = a[0] * a[Dim + 1] - a[1] * a[Dim];
     if constexpr (Dim == 3)
       J = a[0] * (a[4] * a[8] - a[5] * a[7]) - a[1] * (a[3] * a[8] - a[5] * a[6]) + a[2] * (a[3] * a[7] - a[4] * a[6]);
-    if (J > 0 && std::isfinite(J)) continue;
-    if (worst.row < 0 || !(J > worst.J)) worst = {space_.particles()[k], J};
-  }
+    if (J > 0 && std::isfinite(J)) return;
+    if (worst.row < 0 || !(J > worst.J)) worst = {source, static_cast<Index>(row), J};
+  });
   return worst;
 }
 
 template <int Dim>
 std::string Assembly<Dim>::describe(const Inversion& inversion) const {
   const auto row = static_cast<std::size_t>(inversion.row);
-  return fmt::format("det F of particle {} at ({:.6g}) would become {:.4g} times what it is", body_.id[row],
-                     fmt::join(body_.position[row], ", "), inversion.J);
+  const PointBody<Dim>& body = *space_.sources()[inversion.source].points;
+  return fmt::format("det F of {} {} of body \"{}\" at ({:.6g}) would become {:.4g} times what it is",
+                     space_.sources()[inversion.source].fem != nullptr ? "Gauss point" : "particle", body.id[row], body.name(),
+                     fmt::join(body.position[row], ", "), inversion.J);
 }
 
 template class Assembly<2>;

@@ -26,13 +26,21 @@ template <int Dim>
 struct StepLoad {
   Real dt = 0;  ///< [s]
   StepInertia inertia;
-  Vec<Dim> gravity{};                ///< At the end of the step [m/s^2].
-  const Real* body_force = nullptr;  ///< The same beside gravity, Dim numbers per row of the body, or null.
+  Vec<Dim> gravity{};  ///< At the end of the step [m/s^2].
+  /// The same beside gravity, by source: Dim numbers per row; empty without.
+  std::vector<std::vector<Real>> body_force;
+  /// Forces on nodes by active node and component [N]; empty without.
+  std::vector<Real> nodal_force;
+  Real b(std::size_t source, Real weight_ratio, std::size_t row, std::size_t d) const {
+    const Real other = body_force.empty() || body_force[source].empty() ? 0 : body_force[source][row * Dim + d];
+    return weight_ratio * gravity[d] + other;
+  }
 };
 
 /// The first particle that a displacement would turn inside out.
 struct Inversion {
-  Index row = -1;  ///< Of the body; -1 if there is none.
+  std::size_t source = 0;
+  Index row = -1;  ///< Of the source; -1 if there is none.
   Real J = 1;      ///< det A
   bool is_found() const { return row >= 0; }
 };
@@ -47,7 +55,7 @@ template <int Dim>
 class Assembly {
  public:
   /// Throws InputError for a law without a tangent.
-  Assembly(const PointBody<Dim>& body, const StepSpace<Dim>& space);
+  explicit Assembly(const StepSpace<Dim>& space);
 
   /// To be called when the space has been updated: makes the sparse matrix's places if they changed, and the soft stiffness.
   void start();
@@ -69,9 +77,7 @@ class Assembly {
   /// A of all particles, Dim x Dim numbers each, and their displacements [m], in the order of the space's particles.
   void deform(const std::vector<Real>& u, std::vector<Real>& A, std::vector<Vec<Dim>>& du) const;
 
-  TangentFunction<Dim> law() const { return law_; }
-  /// Shear modulus that the soft stiffness is a share of [Pa].
-  Real soft_modulus() const { return soft_modulus_; }
+  TangentFunction<Dim> law(std::size_t source) const { return laws_[source].evaluate; }
 
  private:
   struct Kernels;
@@ -81,11 +87,15 @@ class Assembly {
   void scatter(std::size_t cell, const Real* K, Lift& lift);
   std::size_t width() const { return static_cast<std::size_t>(space_.functions() * Dim); }
 
-  const PointBody<Dim>& body_;
+  /// Of one source.
+  struct Law {
+    TangentFunction<Dim> evaluate;
+    const void* data;
+    Real soft_modulus;  ///< Shear modulus that the soft stiffness is a share of [Pa].
+    Real weight_ratio;
+  };
   const StepSpace<Dim>& space_;
-  TangentFunction<Dim> law_;
-  const void* law_data_;
-  Real soft_modulus_ = 0;
+  std::vector<Law> laws_;
 
   SparseMatrix matrix_;
   Index pattern_ = -1;

@@ -23,6 +23,72 @@ SeedingGrid seeding_grid(const GridSpec& grid) {
   return box;
 }
 
+/// Whether a face of a body of elements carries the load of a condition.
+template <int Dim>
+bool is_loaded(const BoundarySpec& spec, const ElementFace& face, const Basis<Dim>& basis) {
+  if (!spec.region) {
+    const std::vector<ElementFace>& side = basis.side_faces(spec.side);
+    return std::any_of(side.begin(), side.end(), [&](const ElementFace& one) {
+      return one.element == face.element && one.axis == face.axis && one.is_upper == face.is_upper;
+    });
+  }
+  for (int corner = 0; corner < 1 << (Dim - 1); ++corner) {
+    ElementPoint<Dim> point{face.element, {}};
+    for (int d = 0, bit = 0; d < Dim; ++d)
+      point.xi[static_cast<std::size_t>(d)] = d == face.axis ? (face.is_upper ? 1 : -1) : (corner >> bit++ & 1) != 0 ? 1 : -1;
+    Vec3 x{};
+    const Vec<Dim> position = basis.position(point);
+    std::copy(position.begin(), position.end(), x.begin());
+    if (!spec.region->contains(x)) return false;
+  }
+  return true;
+}
+
+/// Adds int N t dA over a face, by Gauss's rule with three points per direction.
+template <int Dim>
+void add_traction(const std::vector<Real>& traction, const ElementFace& face, const Basis<Dim>& basis, std::vector<Vec<Dim>>& forces) {
+  const Real places[3] = {-std::sqrt(0.6), 0, std::sqrt(0.6)};
+  const Real weights[3] = {5.0 / 9, 8.0 / 9, 5.0 / 9};
+  std::vector<Real> N(static_cast<std::size_t>(basis.functions_per_cell()));
+  std::vector<Real> gradients(N.size() * Dim);
+  for (int k = 0; k < whole_power(3, Dim - 1); ++k) {
+    ElementPoint<Dim> point{face.element, {}};
+    Real weight = 1;
+    Vec3 tangents[2] = {{0, 0, 1}, {0, 0, 1}};
+    int tangent = 0;
+    for (int d = 0, rest = k; d < Dim; ++d) {
+      const auto s = static_cast<std::size_t>(d);
+      if (d == face.axis) {
+        point.xi[s] = face.is_upper ? 1 : -1;
+        continue;
+      }
+      point.xi[s] = places[rest % 3];
+      weight *= weights[rest % 3];
+      rest /= 3;
+    }
+    // dx/dxi by central differences, which are exact for quadratic functions.
+    for (int d = 0; d < Dim; ++d) {
+      if (d == face.axis) continue;
+      ElementPoint<Dim> before = point, after = point;
+      before.xi[static_cast<std::size_t>(d)] -= 0.5;
+      after.xi[static_cast<std::size_t>(d)] += 0.5;
+      const Vec<Dim> a = basis.position(before), b = basis.position(after);
+      Vec3 t{};
+      for (std::size_t e = 0; e < Dim; ++e) t[e] = b[e] - a[e];
+      tangents[tangent++] = t;
+    }
+    const Vec3& s = tangents[0];
+    const Vec3& t = tangents[1];
+    const Vec3 normal = {s[1] * t[2] - s[2] * t[1], s[2] * t[0] - s[0] * t[2], s[0] * t[1] - s[1] * t[0]};
+    weight *= std::sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+    basis.evaluate(point, N.data(), gradients.data());
+    for (std::size_t i = 0; i < N.size(); ++i) {
+      Vec<Dim>& force = forces[static_cast<std::size_t>(basis.cell_nodes(face.element)[i])];
+      for (std::size_t d = 0; d < Dim; ++d) force[d] += weight * N[i] * traction[d];
+    }
+  }
+}
+
 }  // namespace
 
 template <int Dim>
@@ -30,10 +96,9 @@ ImplicitSolver<Dim>::ImplicitSolver(const Case& problem)
     : case_(problem),
       spec_(problem.implicit),
       basis_(make_basis<Dim>(problem)),
-      body_(problem.bodies.front(), seeding_grid<Dim>(problem.grid)),
       conditions_(problem.boundaries, *basis_),
-      space_(*basis_, conditions_, spec_.soft_stiffness),
-      assembly_(body_, space_),
+      space_(*basis_, conditions_, (make_bodies(), sources_), spec_.soft_stiffness),
+      assembly_(space_),
       newton_(spec_, space_, assembly_, profile_),
       gravity_(problem.gravity_at(0)) {
   geometry_.lower = problem.grid.lower;
@@ -41,8 +106,60 @@ ImplicitSolver<Dim>::ImplicitSolver(const Case& problem)
     geometry_.cell_size[d] = problem.grid.cell_size[d] * std::ldexp(1, -problem.grid.refinements);
     geometry_.nodes[d] = problem.grid.cells[d] * (1 << problem.grid.refinements) + 1;
   }
-  space_.update(body_, 0);
+  make_tractions();
+  if (!fem_bodies_.empty()) reset_ = std::make_unique<BackgroundReset<Dim>>(*basis_, conditions_, space_);
+  escaped_rows_.resize(sources_.size());
+  space_.update(0);
   if (spec_.mode == ImplicitMode::quasi_static) check_support();
+}
+
+template <int Dim>
+void ImplicitSolver<Dim>::make_bodies() {
+  for (const BodySpec& spec : case_.bodies) {
+    if (spec.method == BodyMethod::elements) {
+      fem_bodies_.emplace_back(spec, *basis_);
+      sources_.push_back({&fem_bodies_.back().points(), &fem_bodies_.back()});
+    } else {
+      particles_.emplace_back(spec, seeding_grid<Dim>(case_.grid));
+      sources_.push_back({&particles_.back(), nullptr});
+    }
+  }
+}
+
+/// Dead loads: int N t dA over the undeformed faces of bodies of elements, on a side of the grid or with all their nodes in a region.
+template <int Dim>
+void ImplicitSolver<Dim>::make_tractions() {
+  for (std::size_t b = 0; b < case_.boundaries.size(); ++b) {
+    const BoundarySpec& spec = case_.boundaries[b];
+    if (spec.kind != BoundaryKind::traction) continue;
+    if (tractions_.empty()) tractions_.assign(static_cast<std::size_t>(basis_->node_count()), Vec<Dim>{});
+    int faces = 0;
+    for (const FemBody<Dim>& body : fem_bodies_) {
+      for (const ElementFace& face : body.outer_faces(*basis_, space_.is_fem_cell())) {
+        if (!is_loaded(spec, face, *basis_)) continue;
+        ++faces;
+        add_traction<Dim>(spec.traction, face, *basis_, tractions_);
+      }
+    }
+    if (faces > 0) continue;
+    throw InputError("{}boundary {}: kind = \"traction\" loads faces of bodies of elements, and there is none {}",
+                     spec.place.empty() ? "" : spec.place + ": ", b + 1, spec.region ? "with all its nodes in the region" : "on this side");
+  }
+}
+
+template <int Dim>
+Vec3 ImplicitSolver<Dim>::gravity_on(std::size_t body) const {
+  const Real ratio = sources_[body].fem != nullptr ? sources_[body].fem->weight_ratio() : 1;
+  return {ratio * gravity_[0], ratio * gravity_[1], ratio * gravity_[2]};
+}
+
+template <int Dim>
+void ImplicitSolver<Dim>::update_space(Real t) {
+  Stage stage(profile_, "locate");
+  if (reset_) basis_->set_nodes(reset_->positions(sources_));
+  space_.update(t);
+  assembly_.start();
+  if (assembly_.is_new_pattern()) newton_.forget_pattern();
 }
 
 /// A static problem needs supports against every rigid motion of the body: each motion must move some prescribed component. Counted by the
@@ -123,12 +240,7 @@ void ImplicitSolver<Dim>::advance(Real t, Real dt, int cuts) {
 
 template <int Dim>
 std::optional<std::string> ImplicitSolver<Dim>::try_step(Real t, Real dt) {
-  {
-    Stage stage(profile_, "locate");
-    space_.update(body_, t);
-    assembly_.start();
-    if (assembly_.is_new_pattern()) newton_.forget_pattern();
-  }
+  update_space(t);
   const StepLoad<Dim> load = make_load(t + dt, dt);
   std::vector<Real> u;
   std::vector<Real> prescribed(space_.nodes().size() * Dim, 0);
@@ -140,7 +252,9 @@ std::optional<std::string> ImplicitSolver<Dim>::try_step(Real t, Real dt) {
       if (condition >= 0) prescribed[n * Dim + s] = displacements[static_cast<std::size_t>(condition)][s];
     }
   }
-  const bool is_symmetric = space_.receding_count() == 0 && !body_.material().is_rate_dependent();
+  const bool is_symmetric = space_.receding_count() == 0 && std::none_of(sources_.begin(), sources_.end(), [](const auto& source) {
+                              return source.points->material().is_rate_dependent();
+                            });
   const auto failure = newton_.solve(load, std::move(prescribed), is_symmetric ? Symmetry::symmetric : Symmetry::general, u);
   iterations_ += newton_.report().iterations;
   if (failure) return failure;
@@ -162,12 +276,17 @@ StepLoad<Dim> ImplicitSolver<Dim>::make_load(Real t_end, Real dt) {
   load.inertia = newmark(dt);
   const Vec3 gravity = case_.gravity_at(t_end);
   std::copy_n(gravity.begin(), Dim, load.gravity.begin());
-  if (case_.body_force) {
+  for (std::size_t s = 0; s < sources_.size() && case_.body_force; ++s) {
     std::vector<Real> positions;
-    for (const Vec<Dim>& x : body_.position) positions.insert(positions.end(), x.begin(), x.end());
-    body_force_values_.resize(positions.size());
-    case_.body_force->at(t_end, positions, body_force_values_);
-    load.body_force = body_force_values_.data();
+    for (const Vec<Dim>& x : sources_[s].points->position) positions.insert(positions.end(), x.begin(), x.end());
+    load.body_force.emplace_back(positions.size());
+    case_.body_force->at(t_end, positions, load.body_force.back());
+  }
+  if (!tractions_.empty()) {
+    const Real factor = case_.load_factor(t_end);
+    for (const Index node : space_.nodes()) {
+      for (const Real force : tractions_[static_cast<std::size_t>(node)]) load.nodal_force.push_back(factor * force);
+    }
   }
   return load;
 }
@@ -177,9 +296,7 @@ StepLoad<Dim> ImplicitSolver<Dim>::make_load(Real t_end, Real dt) {
 template <int Dim>
 void ImplicitSolver<Dim>::set_initial_acceleration(Real t, Real dt) {
   constexpr Real k_short = 1e-3;
-  Stage stage(profile_, "start");
-  space_.update(body_, t);
-  assembly_.start();
+  update_space(t);
   StepLoad<Dim> load = make_load(t, dt);
   const Real factor = newmark(k_short * dt).u;
   load.inertia = {factor, 0, 0};
@@ -187,7 +304,6 @@ void ImplicitSolver<Dim>::set_initial_acceleration(Real t, Real dt) {
   std::vector<Real> residual;
   Lift lift;
   assembly_.residual_and_matrix(zero, load, residual, lift);
-  if (assembly_.is_new_pattern()) newton_.forget_pattern();
   std::vector<Real> nodal;
   if (!newton_.solve_linear(residual, Symmetry::general, nodal)) {
     throw SolverError("t = {:.8g} s: no accelerations follow from the forces at the start; initial_acceleration = \"zero\" does without",
@@ -198,227 +314,27 @@ void ImplicitSolver<Dim>::set_initial_acceleration(Real t, Real dt) {
   std::vector<Vec<Dim>> a;
   assembly_.deform(nodal, A, a);
   Vec3 total{};
-  Vec3 gravity_force{};
-  for (std::size_t k = 0; k < a.size(); ++k) {
-    const auto p = static_cast<std::size_t>(space_.particles()[k]);
-    body_.acceleration[p] = a[k];
+  space_.for_each_point([&](std::size_t source, std::size_t p, std::size_t k) {
+    const Vec<Dim>& acceleration = a[k];
+    PointBody<Dim>& body = *sources_[source].points;
+    body.acceleration[p] = acceleration;
+    const Real ratio = sources_[source].fem != nullptr ? sources_[source].fem->weight_ratio() : 1;
     for (std::size_t d = 0; d < Dim; ++d) {
-      total[d] += body_.mass[p] * a[k][d];
-      gravity_force[d] += body_.mass[p] * load.gravity[d];
-      if (load.body_force != nullptr) body_force_force_[d] += body_.mass[p] * load.body_force[p * Dim + d];
+      total[d] += body.mass[p] * acceleration[d];
+      gravity_force_[d] += body.mass[p] * ratio * load.gravity[d];
+      body_force_force_[d] += body.mass[p] * (load.b(source, ratio, p, d) - ratio * load.gravity[d]);
     }
-  }
-  gravity_force_ = gravity_force;
-  std::copy_n(load.gravity.begin(), Dim, acceleration_gravity_.begin());
-  for (std::size_t d = 0; d < Dim; ++d) reaction_[d] = total[d] - gravity_force[d] - body_force_force_[d];
-}
-
-template <int Dim>
-void ImplicitSolver<Dim>::commit(Real t, Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u) {
-  std::vector<Real> residual;
-  assembly_.residual(u, load, residual);
-  newton_.report_residual(newton_.unknown_norm(residual));
-  std::vector<Real> A;
-  std::vector<Vec<Dim>> du;
-  assembly_.deform(u, A, du);
-  const auto n = du.size();
-  // The law once more where it leaves something behind: its history, and a stress that does not follow from F.
-  if (!body_.history.empty() || !body_.tau.empty()) {
-    const auto history_size = static_cast<std::size_t>(body_.material().history_size());
-    Real S[Dim * Dim];
-    std::vector<Real> new_history(history_size);
-    for (std::size_t k = 0; k < n; ++k) {
-      const auto p = static_cast<std::size_t>(space_.particles()[k]);
-      Real dissipation = 0;
-      TangentPoints point;
-      point.count = 1;
-      point.dt = dt;
-      point.A = A.data() + k * Dim * Dim;
-      point.F = body_.F.data() + p * Dim * Dim;
-      point.history = body_.history.data() + p * history_size;
-      point.S = S;
-      point.new_history = new_history.data();
-      point.tau = body_.tau.empty() ? nullptr : body_.tau.data() + 6 * p;
-      point.dissipation_rate = &dissipation;
-      assembly_.law()(body_.material().law_data(), point);
-      std::copy(new_history.begin(), new_history.end(), body_.history.begin() + static_cast<std::ptrdiff_t>(p * history_size));
-      ledger_.viscous_dissipation += dt * dissipation * body_.volume0[p];
-    }
-  }
-  const bool is_dynamic = spec_.mode == ImplicitMode::dynamic;
-  for (std::size_t k = 0; k < n; ++k) {
-    const auto p = static_cast<std::size_t>(space_.particles()[k]);
-    Real F[Dim * Dim];
-    std::copy_n(body_.F.data() + p * Dim * Dim, Dim * Dim, F);
-    for (std::size_t i = 0; i < Dim; ++i) {
-      for (std::size_t j = 0; j < Dim; ++j) {
-        Real sum = 0;
-        for (std::size_t e = 0; e < Dim; ++e) sum += A[(k * Dim + i) * Dim + e] * F[e * Dim + j];
-        body_.F[(p * Dim + i) * Dim + j] = sum;
-      }
-    }
-    for (std::size_t d = 0; d < Dim; ++d) {
-      if (is_dynamic) {
-        Real& v = body_.velocity[p][d];
-        Real& a = body_.acceleration[p][d];
-        const Real a_new = load.inertia.u * du[k][d] - load.inertia.v * v - load.inertia.a * a;
-        v += dt * ((1 - spec_.gamma) * a + spec_.gamma * a_new);
-        a = a_new;
-      }
-      body_.position[p][d] += du[k][d];
-    }
-  }
-  book(t + dt, dt, load, u, residual);
-}
-
-/// The ledger, with the same weights in time as the particles' velocities: momentum closes to rounding. The residual at prescribed
-/// components is the force with which they act on the body.
-template <int Dim>
-void ImplicitSolver<Dim>::book(Real t_end, Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u,
-                               const std::vector<Real>& residual) {
-  Vec3 reaction{};
+  });
   for (std::size_t n = 0; n < space_.nodes().size(); ++n) {
-    for (int d = 0; d < Dim; ++d) {
-      if (space_.unknown(static_cast<Index>(n), d) >= 0) continue;
-      const auto s = static_cast<std::size_t>(d);
-      reaction[s] += residual[n * Dim + s];
-      ledger_.boundary_work += residual[n * Dim + s] * u[n * Dim + s];
+    const auto node = static_cast<std::size_t>(space_.nodes()[n]);
+    for (FemBody<Dim>& fem : fem_bodies_) {
+      if (!fem.has_node(space_.nodes()[n])) continue;
+      for (std::size_t d = 0; d < Dim; ++d) fem.acceleration[node][d] = nodal[n * Dim + d];
     }
+    for (std::size_t d = 0; d < Dim && !load.nodal_force.empty(); ++d) body_force_force_[d] += load.nodal_force[n * Dim + d];
   }
-  Vec3 gravity_force{};
-  Vec3 body_force{};
-  for (std::size_t p = 0; p < static_cast<std::size_t>(body_.count()); ++p) {
-    for (std::size_t d = 0; d < Dim; ++d) {
-      gravity_force[d] += body_.mass[p] * load.gravity[d];
-      if (load.body_force != nullptr) body_force[d] += body_.mass[p] * load.body_force[p * Dim + d];
-    }
-  }
-  if (load.body_force != nullptr) {
-    std::vector<Real> A;
-    std::vector<Vec<Dim>> du;
-    assembly_.deform(u, A, du);
-    for (std::size_t k = 0; k < du.size(); ++k) {
-      const auto p = static_cast<std::size_t>(space_.particles()[k]);
-      for (std::size_t d = 0; d < Dim; ++d) ledger_.body_force_work += body_.mass[p] * load.body_force[p * Dim + d] * du[k][d];
-    }
-  }
-  if (spec_.mode == ImplicitMode::dynamic) {
-    const auto impulse = [&](Vec3& sum, Vec3& old, const Vec3& now) {
-      for (std::size_t d = 0; d < Dim; ++d) sum[d] += dt * ((1 - spec_.gamma) * old[d] + spec_.gamma * now[d]);
-      old = now;
-    };
-    std::copy_n(load.gravity.begin(), Dim, acceleration_gravity_.begin());
-    impulse(ledger_.gravity_impulse, gravity_force_, gravity_force);
-    impulse(ledger_.body_force_impulse, body_force_force_, body_force);
-    impulse(ledger_.boundary_impulse, reaction_, reaction);
-  }
-  change_gravity(case_.gravity_at(t_end), u);
-}
-
-/// Where gravity changes, so does the gravitational energy: work of the load, at the middle of the step's way as the trapezoidal rule has
-/// it.
-template <int Dim>
-void ImplicitSolver<Dim>::change_gravity(const Vec3& gravity, const std::vector<Real>& u) {
-  if (gravity == gravity_) return;
-  std::vector<Real> A;
-  std::vector<Vec<Dim>> du;
-  assembly_.deform(u, A, du);
-  for (std::size_t k = 0; k < du.size(); ++k) {
-    const auto p = static_cast<std::size_t>(space_.particles()[k]);
-    for (std::size_t d = 0; d < Dim; ++d)
-      ledger_.body_force_work -= body_.mass[p] * (gravity[d] - gravity_[d]) * (body_.position[p][d] - 0.5 * du[k][d]);
-  }
-  gravity_ = gravity;
-}
-
-template <int Dim>
-void ImplicitSolver<Dim>::find_escapes() {
-  escapes_.clear();
-  escaped_rows_.clear();
-  for (std::size_t p = 0; p < static_cast<std::size_t>(body_.count()); ++p) {
-    if (basis_->locate(body_.position[p])) continue;
-    Escape escape{0, body_.id[p], {}, {}};
-    std::copy_n(body_.position[p].begin(), Dim, escape.position.begin());
-    std::copy_n(body_.velocity[p].begin(), Dim, escape.velocity.begin());
-    escapes_.push_back(escape);
-    escaped_rows_.push_back(static_cast<Index>(p));
-  }
-}
-
-template <int Dim>
-void ImplicitSolver<Dim>::remove_escaped() {
-  // The sums behind the next impulses are those of the particles that stay. What held the others is booked with the conditions.
-  for (const Index row : escaped_rows_) {
-    const auto p = static_cast<std::size_t>(row);
-    for (std::size_t d = 0; d < Dim; ++d) {
-      const Real weight = body_.mass[p] * acceleration_gravity_[d];
-      gravity_force_[d] -= weight;
-      reaction_[d] -= body_.mass[p] * body_.acceleration[p][d] - weight;
-    }
-  }
-  body_.remove(escaped_rows_, gravity_, ledger_);
-  escapes_.clear();
-  escaped_rows_.clear();
-}
-
-template <int Dim>
-std::vector<std::string> ImplicitSolver<Dim>::field_names(std::size_t) const {
-  return particle_field_names();
-}
-
-template <int Dim>
-void ImplicitSolver<Dim>::set_field(std::size_t, const std::string& name, const std::vector<Real>& values) {
-  if (name == "position" && values.size() == body_.position.size() * Dim) {
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      const std::size_t d = i % Dim;
-      if (values[i] >= case_.grid.lower[d] && values[i] <= case_.grid.upper[d]) continue;
-      throw InputError("body \"{}\": position of particle row {} is outside of the grid: {} = {}, allowed: {} to {}", body_.name(), i / Dim,
-                       "xyz"[d], values[i], case_.grid.lower[d], case_.grid.upper[d]);
-    }
-  }
-  body_.set_field(name, values);
-}
-
-template <int Dim>
-Index ImplicitSolver<Dim>::memory() const {
-  const Index functions = space_.functions();
-  const Index per_particle = functions * (1 + Dim) * static_cast<Index>(sizeof(Real));
-  return body_.memory() + body_.count() * per_particle + assembly_.matrix().nonZeros() * static_cast<Index>(sizeof(Real) + sizeof(int));
-}
-
-template <int Dim>
-Occupancy ImplicitSolver<Dim>::occupancy() const {
-  return {body_.count(), 0, body_.memory()};
-}
-
-template <int Dim>
-std::vector<StepNumber> ImplicitSolver<Dim>::step_numbers() const {
-  return {{"newton_iterations", "1", static_cast<Real>(iterations_)},
-          {"step_cuts", "1", static_cast<Real>(cuts_)},
-          {"residual", "N", newton_.report().residuals.empty() ? 0 : newton_.report().residuals.back()},
-          {"active_unknowns", "1", static_cast<Real>(space_.unknown_count())},
-          {"receding_particles", "1", static_cast<Real>(space_.receding_count())},
-          {"step_seconds", "s", step_seconds_}};
-}
-
-template <int Dim>
-std::vector<std::string> ImplicitSolver<Dim>::warnings() const {
-  // Elements integrate products of quadratic gradients with what particles they have; splines are smoother and content with fewer.
-  const Index enough = spec_.basis == BasisKind::element ? (spec_.element_order == 2 ? 25 : 9) * (Dim == 3 ? 3 : 1) : whole_power(2, Dim);
-  Index few = 0;
-  Index least = body_.count();
-  for (std::size_t c = 0; c < space_.cells().size(); ++c) {
-    if (space_.soft_factor(c) > 0 && (spec_.soft_stiffness[0] > 0 || spec_.soft_stiffness[1] > 0)) continue;  // at the body's surface
-    const Index count = space_.cell_end(c) - space_.cell_begin(c);
-    if (count >= enough) continue;
-    ++few;
-    least = std::min(least, count);
-  }
-  if (few == 0) return {};
-  return {fmt::format(
-      "{} of {} cells inside the body have fewer than {} particles (the poorest {}): too few to integrate the functions of a cell; "
-      "take a finer layout or larger cells",
-      few, space_.cells().size(), enough, least)};
+  std::copy_n(load.gravity.begin(), Dim, acceleration_gravity_.begin());
+  for (std::size_t d = 0; d < Dim; ++d) reaction_[d] = total[d] - gravity_force_[d] - body_force_force_[d];
 }
 
 std::unique_ptr<Solver> make_implicit_solver(const Case& problem) {

@@ -1,13 +1,17 @@
 // Implicit MPM: Newmark's method in time, Newton's method in each step, particles as quadrature points. Nothing goes from the particles to
 // the grid but forces and masses: the unknowns are the displacements of the step, and the particles read theirs off the converged field.
 //
-// Source: the paper by Aulisa & Capodaglio on implicit MPM and its coupling with FEM, sections 2, 3 and 5; docs/implicit.md has the equations with
-// every gap closed.
+// Source: the paper by Aulisa & Capodaglio on implicit MPM and its coupling with FEM, sections 2, 3 and 5; docs/implicit.md has the
+// equations with every gap closed.
 #pragma once
 
+#include <deque>
+
+#include "body/fem_body.hpp"
 #include "body/point_body.hpp"
 #include "mesh/basis.hpp"
 #include "solver/assembly.hpp"
+#include "solver/background_reset.hpp"
 #include "solver/newton.hpp"
 #include "solver/step_space.hpp"
 
@@ -25,14 +29,14 @@ class ImplicitSolver final : public Solver {
   const std::vector<Escape>& escapes() const override { return escapes_; }
   void remove_escaped() override;
 
-  std::size_t body_count() const override { return 1; }
-  const std::string& body_name(std::size_t) const override { return body_.name(); }
-  Index particle_count(std::size_t) const override { return body_.count(); }
-  std::vector<std::string> field_names(std::size_t) const override;
-  Field field(std::size_t body, const std::string& name) const override { return body_.field(name, body); }
+  std::size_t body_count() const override { return sources_.size(); }
+  const std::string& body_name(std::size_t body) const override { return sources_[body].points->name(); }
+  Index particle_count(std::size_t body) const override { return sources_[body].points->count(); }
+  std::vector<std::string> field_names(std::size_t body) const override;
+  Field field(std::size_t body, const std::string& name) const override { return sources_[body].points->field(name, body); }
   void set_field(std::size_t body, const std::string& name, const std::vector<Real>& values) override;
   std::vector<Field> grid_fields() const override { return {}; }
-  BodyTotals totals(std::size_t) const override { return body_.totals(gravity_); }
+  BodyTotals totals(std::size_t body) const override { return sources_[body].points->totals(gravity_on(body)); }
   const Ledger& ledger() const override { return ledger_; }
   const Profile& profile() const override { return profile_; }
   Index node_count() const override { return basis_->node_count(); }
@@ -45,19 +49,29 @@ class ImplicitSolver final : public Solver {
   const NewtonReport& newton_report() const { return newton_.report(); }
   StepSpace<Dim>& space() { return space_; }
   Assembly<Dim>& assembly() { return assembly_; }
-  const PointBody<Dim>& body() const { return body_; }
+  const std::vector<PointSource<Dim>>& sources() const { return sources_; }
+  const Basis<Dim>& basis() const { return *basis_; }
 
  private:
   /// Advances by dt, in halves where Newton's method fails.
   void advance(Real t, Real dt, int cuts);
   /// Does nothing when it fails, and says why.
   std::optional<std::string> try_step(Real t, Real dt);
+  void make_bodies();
+  void make_tractions();
+  /// The background where it is at the start of the step, the particles in it, the unknowns.
+  void update_space(Real t);
   void set_initial_acceleration(Real t, Real dt);
   StepLoad<Dim> make_load(Real t_end, Real dt);
   StepInertia newmark(Real dt) const;
   void commit(Real t, Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u);
-  void book(Real t_end, Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Real>& residual);
-  void change_gravity(const Vec3& gravity, const std::vector<Real>& u);
+  void commit_law(Real dt, const std::vector<Real>& A);
+  void commit_nodes(Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u);
+  void book(Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Vec<Dim>>& du,
+            const std::vector<Real>& residual);
+  void change_gravity(const Vec3& gravity, const std::vector<Vec<Dim>>& du);
+  /// Gravity on a body, by its weight [m/s^2].
+  Vec3 gravity_on(std::size_t body) const;
   void check_support() const;
   void find_escapes();
 
@@ -65,14 +79,17 @@ class ImplicitSolver final : public Solver {
   ImplicitSpec spec_;
   std::unique_ptr<Basis<Dim>> basis_;
   GridGeometry geometry_;
-  PointBody<Dim> body_;
   NodeConditions<Dim> conditions_;
+  std::deque<PointBody<Dim>> particles_;  // whose elements stay where they are, for sources_ points to them
+  std::deque<FemBody<Dim>> fem_bodies_;
+  std::vector<PointSource<Dim>> sources_;  ///< In the order of the case.
   StepSpace<Dim> space_;
   Assembly<Dim> assembly_;
   Profile profile_;
   Newton<Dim> newton_;
-  Vec3 gravity_;  ///< Now [m/s^2].
-  std::vector<Real> body_force_values_;
+  std::unique_ptr<BackgroundReset<Dim>> reset_;  ///< Null without bodies of elements.
+  std::vector<Vec<Dim>> tractions_;              ///< Full nodal forces by node of the background [N]; empty without.
+  Vec3 gravity_;                                 ///< Now [m/s^2].
   bool has_acceleration_ = false;
   Vec3 acceleration_gravity_{};  ///< The gravity that the particles' accelerations hold [m/s^2].
   Vec3 gravity_force_{};         ///< On all particles, as the accelerations at the end of the last step have it [N].
@@ -82,7 +99,7 @@ class ImplicitSolver final : public Solver {
   int cuts_ = 0;
   double step_seconds_ = 0;
   std::vector<Escape> escapes_;
-  std::vector<Index> escaped_rows_;
+  std::vector<std::vector<Index>> escaped_rows_;  ///< By body.
   Ledger ledger_;
 };
 

@@ -2,6 +2,7 @@
 // numbered, which components are prescribed, and the basis at the particles.
 #pragma once
 
+#include "body/fem_body.hpp"
 #include "body/point_body.hpp"
 #include "mesh/basis.hpp"
 
@@ -21,13 +22,11 @@ class NodeConditions {
   std::vector<Vec<Dim>> displacements(Real t, Real dt) const;
   std::vector<Vec<Dim>> velocities(Real t) const;
 
-  /// A side from which particles may recede (receding_correction).
+  /// Faces at sides from which particles may recede (receding_correction), with C_c and the condition whose velocity they have.
   struct RecedingSide {
-    std::vector<bool> is_first_row;  ///< Per cell.
-    int axis;
-    bool is_upper;
-    Real correction;  ///< C_c [1]
-    int condition;    ///< Whose velocity the side has.
+    ElementFace face;
+    Real correction;
+    int condition;
   };
   const std::vector<RecedingSide>& receding_sides() const { return receding_sides_; }
 
@@ -38,13 +37,22 @@ class NodeConditions {
   std::vector<RecedingSide> receding_sides_;
 };
 
+/// A body of the implicit solver as its equations see it: points that carry stress and mass.
+template <int Dim>
+struct PointSource {
+  PointBody<Dim>* points = nullptr;
+  FemBody<Dim>* fem = nullptr;  ///< Whose Gauss points they are; null for particles.
+};
+
 template <int Dim>
 class StepSpace {
  public:
-  StepSpace(const Basis<Dim>& basis, const NodeConditions<Dim>& conditions, std::vector<Real> soft_stiffness);
+  /// All must outlive it. Throws InputError for a cell of two bodies of elements, and for particles in such a cell.
+  StepSpace(const Basis<Dim>& basis, const NodeConditions<Dim>& conditions, std::vector<PointSource<Dim>> sources,
+            std::vector<Real> soft_stiffness);
 
   /// Finds everything anew for the particles as they are. Throws SolverError for a particle outside of the background.
-  void update(const PointBody<Dim>& body, Real t);
+  void update(Real t);
 
   const Basis<Dim>& basis() const { return basis_; }
   int functions() const { return functions_; }
@@ -53,7 +61,25 @@ class StepSpace {
   const std::vector<Index>& cells() const { return cells_; }
   Index cell_begin(std::size_t c) const { return cell_begin_[c]; }  ///< First of the cell's places in `particles`.
   Index cell_end(std::size_t c) const { return cell_begin_[c + 1]; }
-  const std::vector<Index>& particles() const { return particles_; }  ///< Rows of the body, cell by cell.
+  const std::vector<Index>& particles() const { return particles_; }  ///< Rows of the cell's source, cell by cell.
+  std::size_t source_of(std::size_t c) const { return cell_source_[c]; }
+  const std::vector<PointSource<Dim>>& sources() const { return sources_; }
+  /// Calls f(source, row, place) for all points.
+  template <class F>
+  void for_each_point(F&& f) const {
+    for (std::size_t c = 0; c < cells_.size(); ++c) {
+      for (Index k = cell_begin_[c]; k < cell_begin_[c + 1]; ++k)
+        f(cell_source_[c], static_cast<std::size_t>(particles_[static_cast<std::size_t>(k)]), static_cast<std::size_t>(k));
+    }
+  }
+  const std::vector<bool>& is_fem_cell() const { return is_fem_cell_; }
+  bool is_fem_node(Index node) const { return is_fem_node_[static_cast<std::size_t>(node)]; }
+  /// A particle's place in the background as it is now; nothing outside.
+  std::optional<ElementPoint<Dim>> find(std::size_t source, std::size_t row) const;
+  /// Forgets the places of particles that are removed, by their rows, ascending.
+  void forget(std::size_t source, const std::vector<Index>& rows);
+  /// Particles beyond the face of a body of elements.
+  Index penetrated_count() const { return penetrated_count_; }
   Real soft_factor(std::size_t c) const { return soft_factors_[c]; }  ///< C [1]
 
   // The basis at the particles, in the order of `particles`.
@@ -77,17 +103,37 @@ class StepSpace {
   Index pattern() const { return pattern_; }
 
  private:
-  void locate(const PointBody<Dim>& body);
+  /// A face of a cell from which particles may recede.
+  struct RecedingFace {
+    ElementFace face;
+    Real correction;  ///< C_c [1]
+    int condition;    ///< Whose velocity it has; -1: the body of elements' behind it.
+    std::size_t source;
+    std::vector<Index> nodes;  ///< In the middle of the face, whose mean velocity is the face's.
+  };
+  void mark_fem_cells();
+  void find_receding_faces();
+  void locate();
   void number_nodes();
-  void evaluate(const PointBody<Dim>& body, Real t);
   void set_soft_factors();
+  void evaluate();
+  void correct_receding(Real t);
+  /// The face's velocity [m/s] and the direction away from it.
+  std::pair<Vec<Dim>, Vec<Dim>> motion_of(const RecedingFace& face, const std::vector<Vec<Dim>>& velocities) const;
 
   const Basis<Dim>& basis_;
   const NodeConditions<Dim>& conditions_;
+  std::vector<PointSource<Dim>> sources_;
   std::vector<Real> soft_stiffness_;
   int functions_;
+  std::vector<bool> is_fem_cell_;
+  std::vector<bool> is_fem_node_;
+  std::vector<std::vector<RecedingFace>> receding_faces_;  ///< By cell; empty without any.
 
-  std::vector<ElementPoint<Dim>> points_;  ///< By row of the body.
+  std::vector<std::vector<ElementPoint<Dim>>> points_;  ///< By source and row.
+  bool has_places_ = false;
+  Index penetrated_count_ = 0;
+  std::vector<std::size_t> cell_source_;
   std::vector<Index> particles_;
   std::vector<Index> cells_;
   std::vector<Index> cell_begin_;

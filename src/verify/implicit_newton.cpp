@@ -60,7 +60,7 @@ Real tangent_difference(const Case& problem, int steps) {
   for (int k = 0; k < steps; ++k) solver.step(k * dt, dt);
   StepSpace<Dim>& space = solver.space();
   Assembly<Dim>& assembly = solver.assembly();
-  space.update(solver.body(), steps * dt);
+  space.update(steps * dt);
   assembly.start();
   StepLoad<Dim> load;
   load.dt = dt;
