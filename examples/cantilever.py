@@ -27,7 +27,6 @@ def case() -> mp.Case:
             beta=0.3,
             initial_acceleration="zero",
             soft_stiffness=(1e-6, 1e-10),
-            halving="inversion",
         ),
         output=mp.Output(history_every=0.008),
         body=mp.Body(

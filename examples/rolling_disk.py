@@ -25,7 +25,6 @@ def case() -> mp.Case:
             beta=0.3,
             initial_acceleration="zero",
             soft_stiffness=(1e-5, 1e-9),
-            halving="inversion",
         ),
         body=mp.Body(
             name="disk",

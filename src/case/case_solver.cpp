@@ -260,8 +260,9 @@ void ImplicitSpec::declare(ParameterTable<ImplicitSpec>& table) {
   table.optional("step_cuts_max", "1", &ImplicitSpec::step_cuts_max, between_closed(0, 30),
                  "How often a step is halved before the run fails.");
   table.choice(
-      "halving", &ImplicitSpec::halving, {{"residual", StepHalving::residual}, {"inversion", StepHalving::inversion}},
-      "When an increment is halved: residual: where it would not reduce the residual, or invert a particle; inversion: only the latter.");
+      "halving", &ImplicitSpec::halving, {{"inversion", StepHalving::inversion}, {"residual", StepHalving::residual}},
+      "When an increment is halved: inversion: where it would turn a particle inside out; residual: also where it would not reduce the "
+      "residual, which is slow where bodies are slender.");
   table.optional("linear_solver", "1", &ImplicitSpec::linear_solver, any_number(),
                  "auto, umfpack, cholmod (with SuiteSparse), ldlt, sparse_lu, cg, bicgstab or gmres.");
   table.optional("linear_tolerance", "1", &ImplicitSpec::linear_tolerance, between(0, 1),
@@ -277,7 +278,7 @@ void TimeSpec::declare(ParameterTable<TimeSpec>& table) {
         {name, unit, "number", default_text, constraint.text, help, false},
         [=](TimeSpec& time, const Input& input, const ReadContext& context) { read_value(input, context, name, constraint, time.*member); },
         [=](const TimeSpec& time, int) -> std::optional<Input> {
-          if (time.dt) return std::nullopt;
+          if (time.dt || time.rule) return std::nullopt;
           if constexpr (std::is_same_v<decltype(member), Real TimeSpec::*>)
             return Input::real(time.*member);
           else

@@ -25,7 +25,7 @@ struct ImplicitSpec {
   Real residual_absolute = 0;
   int iterations_max = 20;
   int step_cuts_max = 8;
-  StepHalving halving = StepHalving::residual;
+  StepHalving halving = StepHalving::inversion;
   std::string linear_solver = "auto";
   Real linear_tolerance = 1e-10;
   static void declare(ParameterTable<ImplicitSpec>& table);

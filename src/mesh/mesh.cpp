@@ -246,14 +246,14 @@ std::optional<ElementPoint<Dim>> Mesh<Dim>::locate(const Vec<Dim>& x, Index gues
   constexpr int k_iterations = 30;
   const int hops_max = 4 + static_cast<int>(2 * element_count());  // more than any way without a loop
   ElementPoint<Dim> point{guess, {}};
-  std::vector<Real> N(27);
-  std::vector<Real> gradients(27 * Dim);
+  Real N[27];
+  Real gradients[27 * Dim];
   for (int hop = 0; hop < hops_max; ++hop) {
     bool has_converged = false;
     for (int iteration = 0; iteration < k_iterations && !has_converged; ++iteration) {
       // With grad N = J^-T dN/dxi: dxi = J^-1 (x - x(xi)); J^-1_dr is the gradient of xi_d, which the nodes' xi interpolate exactly.
       const Vec<Dim> reached = position(point);
-      evaluate(point, N.data(), gradients.data());
+      evaluate(point, N, gradients);
       Vec<Dim> change{};
       for (int local = 0; local < nodes_per_element_; ++local) {
         const auto places = places_of<Dim>(local, order_);

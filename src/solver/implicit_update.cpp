@@ -155,6 +155,8 @@ void ImplicitSolver<Dim>::find_escapes() {
     if (sources_[s].fem != nullptr) continue;
     const PointBody<Dim>& body = *sources_[s].points;
     for (std::size_t p = 0; p < static_cast<std::size_t>(body.count()); ++p) {
+      // On a background that moves the search is dear; a particle that jumped over a cell is found by the next step.
+      if (reset_ && !space_.is_at_border(s, p)) continue;
       if (space_.find(s, p)) continue;
       Escape escape{s, body.id[p], {}, {}};
       std::copy_n(body.position[p].begin(), Dim, escape.position.begin());

@@ -113,6 +113,11 @@ template <int Dim>
 void StepSpace<Dim>::mark_fem_cells() {
   is_fem_cell_.assign(static_cast<std::size_t>(basis_.cell_count()), false);
   is_fem_node_.assign(static_cast<std::size_t>(basis_.node_count()), false);
+  is_border_cell_.assign(static_cast<std::size_t>(basis_.cell_count()), false);
+  for (Index cell = 0; cell < basis_.cell_count(); ++cell) {
+    for (int side = 0; side < 2 * Dim; ++side)
+      if (basis_.neighbour(cell, side / 2, side % 2 == 1) < 0) is_border_cell_[static_cast<std::size_t>(cell)] = true;
+  }
   for (const PointSource<Dim>& source : sources_) {
     if (source.fem == nullptr) continue;
     for (const Index cell : source.fem->cells()) {

@@ -76,6 +76,10 @@ class StepSpace {
   bool is_fem_node(Index node) const { return is_fem_node_[static_cast<std::size_t>(node)]; }
   /// A particle's place in the background as it is now; nothing outside.
   std::optional<ElementPoint<Dim>> find(std::size_t source, std::size_t row) const;
+  /// Whether a particle can leave in a step that takes it to the next cell at most: its cell is at the border of the background.
+  bool is_at_border(std::size_t source, std::size_t row) const {
+    return is_border_cell_[static_cast<std::size_t>(points_[source][row].element)];
+  }
   /// Forgets the places of particles that are removed, by their rows, ascending.
   void forget(std::size_t source, const std::vector<Index>& rows);
   /// Particles beyond the face of a body of elements.
@@ -128,6 +132,7 @@ class StepSpace {
   int functions_;
   std::vector<bool> is_fem_cell_;
   std::vector<bool> is_fem_node_;
+  std::vector<bool> is_border_cell_;
   std::vector<std::vector<RecedingFace>> receding_faces_;  ///< By cell; empty without any.
 
   std::vector<std::vector<ElementPoint<Dim>>> points_;  ///< By source and row.

@@ -8,6 +8,7 @@
 
 #include "verify/acceptance.hpp"
 #include "verify/analytic.hpp"
+#include "verify/implicit_series.hpp"
 
 namespace matpoint {
 namespace {
@@ -23,21 +24,6 @@ Sets rolling_sets(const std::string& row, int J) {
   }
   return sets;
 }
-
-/// The paper's averaged relative error (eq. 52): of the way s against g sin(45 deg) t^2/3, over all steps.
-class AveragedError {
- public:
-  void include(Real t, Real s) {
-    const Real exact = 9.81 * std::sqrt(0.5) * t * t / 3;
-    sum_ += std::abs(s - exact) / exact;
-    ++count_;
-  }
-  Real mean() const { return sum_ / count_; }
-
- private:
-  Real sum_ = 0;
-  int count_ = 0;
-};
 
 Measured rolling(const std::string& row, int J) {
   Simulation sim(load_case("rolling_disk", rolling_sets(row, J)));
@@ -173,8 +159,8 @@ std::vector<Sample> series(const std::string& name) {
 /// Half a unit of the seventh digit, as which the reference's numbers are printed [m].
 Real half_digit(Real value) { return value == 0 ? 0 : 0.5 * std::pow(10, std::floor(std::log10(std::abs(value))) - 6); }
 
-/// The greatest difference to the reference's first 20 steps, each in units of what it may be: 1e-6 of the way or 1e-9 m, and the rounding
-/// of the printed numbers.
+}  // namespace
+
 Real series_difference(Simulation& sim, const std::string& name, std::size_t particle) {
   const std::vector<Sample> samples = series(name);
   Real worst = 0;
@@ -195,8 +181,6 @@ VerifyRow series_row(const std::string& quantity) {
   return at_most(quantity, 1, "reference series, 20 steps; in units of 1e-6 of the way or 1e-9 m, and the printed digits");
 }
 
-}  // namespace
-
 void add_implicit_paper(VerifySuite& suite) {
   for (VerifyRow& row : acceptance_rows("implicit_acceptance")) {
     if (row.group == "rolling_disk" || row.group == "cantilever") suite.rows.push_back(std::move(row));
@@ -206,8 +190,8 @@ void add_implicit_paper(VerifySuite& suite) {
       const std::string tail = fmt::format("_{}_J{}", row, J);
       std::vector<std::string> quantities = {"error_tracked" + tail, "x_at_2.5" + tail};
       if (row == "E1") quantities.insert(quantities.end(), {"error_mass_center" + tail, "error_mass_center_beside_paper" + tail});
-      suite.jobs.push_back({"rolling_disk", fmt::format("{}, J = {}", row, J), "rolling_disk", J == 1, true, 6e8 * std::pow(2, J),
-                            quantities, [=] { return rolling(row, J); }});
+      suite.jobs.push_back({"rolling_disk", fmt::format("{}, J = {}", row, J), "rolling_disk", row == std::string("E2") && J == 1, true,
+                            6e8 * std::pow(2, J), quantities, [=] { return rolling(row, J); }});
     }
     add_problem(suite,
                 {"rolling_disk",
@@ -235,7 +219,7 @@ void add_implicit_paper(VerifySuite& suite) {
     sets.push_back(fmt::format("grid.refinements={}", J));
     add_beam(fmt::format("elements, J = {}, {} particles", J, set.name), fmt::format("J{}_{}", J, set.name), sets, is_quick, cost, true);
   };
-  add_elements(2, k_paper_set, true, 1.5e9);
+  add_elements(2, k_paper_set, false, 1.5e9);
   add_elements(3, k_paper_set, false, 2e9);
   add_elements(4, k_paper_set, false, 3e9);
   add_elements(3, k_refined_3, false, 5e9);

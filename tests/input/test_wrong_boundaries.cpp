@@ -28,7 +28,7 @@ INSTANTIATE_TEST_SUITE_P(
                  {"boundary 1: side: \"front\" is unknown, allowed: \"left\", \"right\", \"bottom\" or \"top\""}),
         boundary("side_number", "side = 1", {"boundary 1: side must be a string, got 1"}),
         boundary("unknown_kind", "side = \"bottom\"\n@kind = \"fix\"",
-                 {"boundary 1: kind = \"fix\" is unknown, allowed: \"fixed\", \"slip\" or \"velocity\"", "did you mean \"fixed\"?"}),
+                 {"boundary 1: kind = \"fix\" is unknown, allowed: \"fixed\", \"slip\", \"velocity\" or \"traction\"", "did you mean \"fixed\"?"}),
         boundary("unknown_component", "side = \"bottom\"\nkind = \"fixed\"\n@components = [\"X1\"]",
                  {"components: \"X1\" is unknown, allowed: \"x\" or \"y\""}),
         boundary("component_of_3d", "side = \"bottom\"\nkind = \"fixed\"\n@components = [\"z\"]",

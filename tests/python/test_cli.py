@@ -219,6 +219,7 @@ def test_an_unstable_run_fails_with_step_time_and_particle(matpoint, case):
 def test_an_implicit_step_that_fails_says_why_and_leaves_what_was_written(matpoint, case, tmp_path):
     text = CASE.replace("dt = 1e-4", "dt = 0.02")
     text = re.sub(r"\[solver\].*?\n\n", "", text, flags=re.S) + '\n[solver]\ntype = "implicit"\niterations_max = 2\nstep_cuts_max = 1\n'
+    text += '\n[[boundary]]\nside = "bottom"\nkind = "fixed"\n'
     case.write_text(text)
     done = matpoint("run", case, "--set", "time.end=0.6", "--set", "output.history_every=0.02")
     assert done.returncode == 3, done.stdout + done.stderr

@@ -259,7 +259,7 @@ TEST(ImplicitSolver, few_particles_in_a_cell_are_warned_of) {
 TEST(ImplicitSolver, receding_particles_are_let_go) {
   // The rebound of a disk that sticks is lower than that of one whose receding particles are corrected.
   const auto rebound = [&](Real correction) {
-    Simulation sim(read(k_disk, {"solver.basis=element", "solver.halving=inversion", "time.end=0.5", "body.disk.velocity.value=[0,-2]",
+    Simulation sim(read(k_disk, {"solver.basis=element", "time.end=0.5", "body.disk.velocity.value=[0,-2]",
                                  "body.disk.velocity.angular_velocity=0", fmt::format("boundary.1.receding_correction={}", correction)}));
     Real speed = 0;
     Real receding = 0;

@@ -1,0 +1,180 @@
+// Bodies of finite elements in the implicit solver, alone and beside particles. Numbers of whole problems are in src/verify.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "case/case_file.hpp"
+#include "case/simulation.hpp"
+#include "core/parallel.hpp"
+#include "solver/implicit_solver.hpp"
+#include "support/solver_case.hpp"
+#include "unit/temporary_folder.hpp"
+
+namespace matpoint::test {
+namespace {
+
+/// A disk of particles falls on a block of elements that stands in a basket of elements: below and at one side.
+constexpr const char* k_basket = R"(
+gravity = [0, -9.81]
+[grid]
+lower = [0, 0]
+upper = [2, 2]
+cells = [10, 10]
+[time]
+end = 1
+dt = 0.005
+[solver]
+type = "implicit"
+basis = "element"
+soft_stiffness = [1e-3, 1e-7]
+[[body]]
+name = "disk"
+region = { type = "disk", center = [0.85, 0.78], radius = 0.3 }
+layout = { type = "per_cell", count = 36 }
+velocity = { type = "uniform", value = [-1, -1] }
+material = { type = "neo_hookean", density = 1000, youngs_modulus = 1e6, poissons_ratio = 0.3 }
+[[body]]
+name = "basket"
+method = "elements"
+region = { type = "union", of = [{ type = "box", lower = [0.2, 0], upper = [1.6, 0.4] }, { type = "box", lower = [0.2, 0.4], upper = [0.4, 1] }] }
+material = { type = "neo_hookean", density = 1200, youngs_modulus = 4e6, poissons_ratio = 0.3 }
+receding_correction = 0.2
+[[boundary]]
+side = "bottom"
+kind = "fixed"
+)";
+
+Case read(const std::string& text, const std::vector<std::string>& sets = {}) {
+  Input input = parse_toml(text, "case.toml");
+  for (const std::string& set : sets) apply_set(input, set);
+  return Case::from_input(input, "case");
+}
+
+std::string refused(const std::string& text, const std::vector<std::string>& sets = {}) {
+  return message_of<InputError>([&] { Simulation sim(read(text, sets)); });
+}
+
+Real number_of(const Solver& solver, const std::string& name) {
+  for (const StepNumber& number : solver.step_numbers()) {
+    if (number.name == name) return number.value;
+  }
+  return -1;
+}
+
+TEST(Coupled, momentum_balances_with_the_supports_and_no_particle_enters) {
+  Simulation sim(read(k_basket));
+  const Real scale = momentum_scale(sim.solver());
+  Real strain = 0, receding = 0;
+  for (int k = 0; k < 80; ++k) {
+    sim.step();
+    EXPECT_LT(momentum_remainder(sim), 1e-8 * scale) << "step " << k;
+    EXPECT_EQ(number_of(sim.solver(), "penetrated_particles"), 0);
+    strain = std::max(strain, sim.solver().totals(1).strain_energy);
+    receding = std::max(receding, number_of(sim.solver(), "receding_particles"));
+  }
+  EXPECT_GT(strain, 1);
+  EXPECT_GT(receding, 0);
+  EXPECT_LT(std::abs(transfer_loss(sim)), 0.1 * std::abs(sim.initial_energy()));
+}
+
+TEST(Coupled, any_number_of_threads_gives_the_same_bits) {
+  const int before = thread_count();
+  std::vector<Real> first;
+  for (const int threads : {1, 2, 3}) {
+    set_thread_count(threads);
+    Simulation sim(read(k_basket));
+    for (int k = 0; k < 15; ++k) sim.step();
+    std::vector<Real> state = sim.solver().field(0, "position").values;
+    const std::vector<Real> other = sim.solver().field(1, "stress").values;
+    state.insert(state.end(), other.begin(), other.end());
+    if (first.empty()) first = state;
+    EXPECT_EQ(first, state) << threads << " threads";
+  }
+  set_thread_count(before);
+}
+
+TEST(Coupled, the_background_follows_the_body_and_cells_stay_cells) {
+  Simulation sim(read(k_basket, {"body.basket.material.youngs_modulus=2e5"}));
+  for (int k = 0; k < 40; ++k) sim.step();
+  const auto& solver = dynamic_cast<const ImplicitSolver<2>&>(sim.solver());
+  const FemBody<2>& basket = *solver.sources()[1].fem;
+  Real moved = 0;
+  std::vector<Real> N(9), g(18);
+  for (Index cell = 0; cell < solver.basis().cell_count(); ++cell) {
+    for (const auto& point : solver.basis().quadrature(cell)) EXPECT_GT(point.weight, 0);
+  }
+  for (Index node = 0; node < solver.basis().node_count(); ++node) {
+    if (basket.has_node(node)) moved = std::max(moved, std::abs(basket.displacement[static_cast<std::size_t>(node)][1]));
+  }
+  EXPECT_GT(moved, 1e-3);
+}
+
+TEST(FemBody, gauss_points_fill_the_region_and_weigh_what_it_weighs) {
+  Simulation sim(read(k_basket));
+  const BodyTotals totals = sim.solver().totals(1);
+  EXPECT_NEAR(totals.mass, 1200 * (1.4 * 0.4 + 0.2 * 0.6), 1e-9);
+  EXPECT_NEAR(totals.center_of_mass[0], (0.56 * 0.9 + 0.12 * 0.3) / 0.68, 1e-12);
+  EXPECT_NEAR(totals.center_of_mass[1], (0.56 * 0.2 + 0.12 * 0.7) / 0.68, 1e-12);
+  Simulation light(read(k_basket, {"body.basket.weight_density=0"}));
+  EXPECT_EQ(light.solver().totals(1).gravitational_energy, 0);
+}
+
+TEST(FemBody, a_free_one_falls_as_newmark_has_it_and_turns_without_strain) {
+  std::string text = k_basket;
+  text.erase(text.find("[[body]]"), text.find("[[body]]\nname = \"basket\"") - text.find("[[body]]"));
+  text.erase(text.find("[[boundary]]"));
+  Simulation sim(read(text));
+  for (int k = 0; k < 20; ++k) sim.step();
+  const BodyTotals totals = sim.solver().totals(0);
+  EXPECT_NEAR(totals.center_of_mass[1] - (0.56 * 0.2 + 0.12 * 0.7) / 0.68, -9.81 * 0.1 * 0.1 / 2, 1e-12);
+  EXPECT_LT(totals.strain_energy, 1e-12 * totals.kinetic_energy);
+}
+
+TEST(FemBody, what_is_no_body_is_refused) {
+  EXPECT_THAT(refused(k_basket, {"body.basket.region={ type = \"box\", lower = [0.2, 0], upper = [1.5, 0.4] }"}),
+              testing::HasSubstr(
+                  "body \"basket\": its region cuts the cell around (1.5, 0.1), but a body of finite elements consists of whole cells"));
+  EXPECT_THAT(refused(k_basket, {"body.basket.region={ type = \"disk\", center = [5, 5], radius = 0.1 }"}),
+              testing::HasSubstr("its region contains no cell of the grid"));
+  EXPECT_THAT(refused(k_basket, {"body.disk.region.center=[0.6,0.5]"}),
+              testing::AllOf(testing::HasSubstr("body \"disk\": particle"), testing::HasSubstr("is inside of a body of elements")));
+  EXPECT_THAT(refused(k_basket, {"solver.basis=bspline"}),
+              testing::HasSubstr("body basket: method = \"elements\" needs solver.basis = \"element\""));
+  EXPECT_THAT(refused(k_basket, {"body.basket.layout={ type = \"per_cell\", count = 4 }"}),
+              testing::HasSubstr("method = \"elements\" needs no layout"));
+  EXPECT_THAT(refused(k_basket, {"body.disk.weight_density=1"}), testing::HasSubstr("weight_density is for method = \"elements\" only"));
+  std::string twice = k_basket;
+  const std::size_t at = twice.find("[[boundary]]");
+  twice.insert(at,
+               "[[body]]\nname = \"block\"\nmethod = \"elements\"\nregion = { type = \"box\", lower = [1.4, 0], upper = [1.8, 0.4] }\n"
+               "material = { type = \"neo_hookean\", density = 1, youngs_modulus = 1, poissons_ratio = 0.3 }\n");
+  EXPECT_THAT(refused(twice), testing::HasSubstr("belongs to another body of elements, too"));
+}
+
+TEST(FemBody, a_static_one_needs_support) {
+  std::string text = k_basket;
+  text.erase(text.find("[[body]]"), text.find("[[body]]\nname = \"basket\"") - text.find("[[body]]"));
+  EXPECT_EQ(refused(text, {"solver.mode=static", "time.dt=0.5"}), "no exception");
+  EXPECT_THAT(refused(text, {"solver.mode=static", "time.dt=0.5", "boundary.1.kind=slip"}),
+              testing::HasSubstr("nothing holds the body, it is free to move along x"));
+}
+
+TEST(FemBody, traction_is_for_faces_of_elements_and_its_work_and_impulse_are_booked) {
+  std::string text = k_basket;
+  text.erase(text.find("[[body]]"), text.find("[[body]]\nname = \"basket\"") - text.find("[[body]]"));
+  text.erase(text.find("[[boundary]]"));
+  text +=
+      "[[boundary]]\nregion = { type = \"box\", lower = [1.55, -0.01], upper = [1.65, 0.41] }\nkind = \"traction\"\ntraction = [500, 0]\n";
+  Simulation sim(read(text, {"gravity=[0,0]"}));
+  for (int k = 0; k < 20; ++k) sim.step();
+  // A force of 500 Pa on 0.4 m for 0.1 s.
+  EXPECT_NEAR(sim.solver().totals(0).momentum[0], 500 * 0.4 * 0.1, 1e-9 * 20);
+  EXPECT_NEAR(sim.solver().ledger().body_force_impulse[0], 500 * 0.4 * 0.1, 1e-9 * 20);
+  EXPECT_LT(std::abs(transfer_loss(sim)), 1e-2 * sim.solver().ledger().body_force_work);
+  EXPECT_THAT(refused(text + "[[boundary]]\nside = \"top\"\nkind = \"traction\"\ntraction = [1, 0]\n"),
+              testing::HasSubstr("boundary 2: kind = \"traction\" loads faces of bodies of elements, and there is none on this side"));
+}
+
+}  // namespace
+}  // namespace matpoint::test
