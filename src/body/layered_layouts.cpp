@@ -85,8 +85,9 @@ struct LayeredDisk final : Layout {
     seeds.position.push_back({disk->center[0], disk->center[1], 0});
     seeds.volume.push_back(0);
     for (int i = 0; i < rings; ++i) {
-      const Real r = core_radius - i * spacing;
-      add_ring(r, std::ceil(points * r / core_radius), 0);
+      // points r / core_radius, rounded up in whole numbers: rounding of the quotient must not add a particle.
+      const Index share = static_cast<Index>(points) * (rings - i);
+      add_ring(core_radius - i * spacing, static_cast<Real>((share + rings - 1) / rings), 0);
     }
     seeds.volume.assign(seeds.position.size(), pi * core_radius * core_radius / static_cast<Real>(seeds.position.size()));
     Real r = core_radius;

@@ -115,19 +115,21 @@ Measured bounce(const Bounce& run) {
   sim.run();
   const auto tail = "_" + run.name;
   Measured m = {{"penetrated" + tail, penetrated}, {"free_fall" + tail, fall}};
-  const Real peak = *std::max_element(force.begin(), force.end());
-  m["peak_force_1" + tail] = peak;
-  // Contacts are intervals with more than 1 % of the peak force.
+  // Contacts are intervals with more than 1 % of the greatest force of the run.
+  const Real threshold = 0.01 * *std::max_element(force.begin(), force.end());
   int contacts = 0;
   Real begin = 0;
+  Real peak = 0;
   for (std::size_t k = 1; k < t.size(); ++k) {
-    if (force[k] > 0.01 * peak && force[k - 1] <= 0.01 * peak) {
+    const bool is_touching = force[k] > threshold;
+    if (is_touching && force[k - 1] <= threshold) {
       begin = t[k];
       ++contacts;
     }
-    if (force[k] <= 0.01 * peak && force[k - 1] > 0.01 * peak && contacts == 1 && m.count("contact_duration_1" + tail) == 0)
-      m["contact_duration_1" + tail] = t[k - 1] - begin;
+    if (contacts == 1) peak = std::max(peak, force[k]);
+    if (!is_touching && force[k - 1] > threshold && contacts == 1) m["contact_duration_1" + tail] = t[k - 1] - begin;
   }
+  m["peak_force_1" + tail] = peak;
   m["contacts_until_3.5s" + tail] = contacts;
   int maxima = 0;
   for (std::size_t k = 1; k + 1 < t.size(); ++k) {
