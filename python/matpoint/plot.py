@@ -114,8 +114,12 @@ def _styled(function: Callable[P, Figure]) -> Callable[P, Figure]:
 
 
 def dissipated_energy(history: Mapping[str, Floats]) -> Floats:
-    """Energy that damping and viscosity have taken [J], shape (rows,)."""
-    return history["damping_dissipation"] + history["viscous_dissipation"]
+    """Energy that damping, viscosity and the implicit solver's method have taken [J], shape (rows,)."""
+    taken = history["damping_dissipation"] + history["viscous_dissipation"]
+    for name, sign in (("soft_dissipation", 1), ("receding_work", -1), ("integrator_loss", 1), ("reset_loss", 1)):
+        if name in history:  # of the implicit solver
+            taken = taken + sign * history[name]
+    return taken
 
 
 def total_energy(history: Mapping[str, Floats]) -> Floats:

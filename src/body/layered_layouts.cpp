@@ -32,6 +32,24 @@ int count_layers(Real first, Real ratio, Real needed) {
   return count;
 }
 
+/// The ratio with which `count` layers from thickness `first / ratio` on, each `ratio` times thinner, are `needed` thick together.
+Real ratio_of_layers(Real first, int count, Real needed) {
+  const auto thickness = [&](Real ratio) {
+    Real sum = 0;
+    for (int k = count; k > 0; --k) sum = (sum + first) / ratio;
+    return sum;
+  };
+  // thickness falls from infinity to 0 with the ratio.
+  Real low = 0;
+  Real high = 1;
+  while (thickness(high) > needed) high *= 2;
+  while (true) {
+    const Real middle = 0.5 * (low + high);
+    if (middle == low || middle == high) return middle;
+    (thickness(middle) > needed ? low : high) = middle;
+  }
+}
+
 /// The particles' volumes scaled so that their sum is the body's, where that is asked for.
 void normalize(Seeds& seeds, Real measure, bool is_wanted) {
   if (!is_wanted) return;
@@ -50,17 +68,25 @@ struct LayeredDisk final : Layout {
 
   Real core_radius = 0;
   int points = 0;
-  Real ratio = 1.14;
+  std::optional<Real> ratio;
+  std::optional<int> layers;
   bool is_normalized = true;
 
   static void declare(ParameterTable<LayeredDisk>& table) {
     table.required("core_radius", "m", &LayeredDisk::core_radius, positive(), "Radius of the core, below the disk's.");
     table.required("points", "1", &LayeredDisk::points, between_closed(7, 1e6), "Particles on the outermost ring of the core.");
-    table.optional("ratio", "1", &LayeredDisk::ratio, between(1, 10), "Each layer is so many times thinner than the one inside it.");
+    table.optional("ratio", "1", &LayeredDisk::ratio, between(1, 10),
+                   "Each layer is so many times thinner than the one inside it; as many layers as reach the edge. 1.14 if neither this nor "
+                   "layers is given.");
+    table.optional("layers", "1", &LayeredDisk::layers, between_closed(1, 10000),
+                   "Instead of ratio: the number of layers, whose ratio then follows, so that the last one ends at the edge.");
     table.optional("normalized", "1", &LayeredDisk::is_normalized, any_number(),
                    "Whether volumes are scaled to the disk's area; the last layer may reach a little over its edge.");
   }
-  // The generator of Aulisa & Capodaglio (appendix A) with a fixed ratio, which gives its particle counts.
+  void check(const Input& input, const ReadContext& context) const override {
+    if (ratio && layers) fail_input(input, context, "ratio and layers are both given; give one of them");
+  }
+  // The generator of Aulisa & Capodaglio: with `layers` as its appendix A has it, with a fixed ratio as its particle counts have it.
   Seeds fill(const Region* region, const SeedingGrid& grid) const override {
     require_2d(grid, name);
     const auto* disk = dynamic_cast<const Disk*>(region);
@@ -69,13 +95,20 @@ struct LayeredDisk final : Layout {
       throw InputError("core_radius = {} m must be below the disk's radius, {} m", core_radius, disk->radius);
     }
     constexpr Real pi = std::numbers::pi;
-    const int rings = static_cast<int>(std::floor(points / (2 * pi)));
+    const int rings = static_cast<int>(layers ? std::ceil(points / (2 * pi)) : std::floor(points / (2 * pi)));
     Real spacing = core_radius / rings;
-    const int layers = count_layers(spacing, ratio, disk->radius - core_radius);
+    const Real width = disk->radius - core_radius;
+    const Real factor = layers ? ratio_of_layers(spacing, *layers, width) : ratio.value_or(1.14);
+    if (!(factor > 1)) {
+      throw InputError(
+          "layers = {} of at most {:.6g} m cannot fill the {:.6g} m between the core and the edge getting thinner; give at least {}",
+          *layers, spacing, width, static_cast<int>(std::floor(width / spacing)) + 1);
+    }
+    const int layer_count = layers ? *layers : count_layers(spacing, factor, width);
     Seeds seeds;
     const auto add_ring = [&](Real r, Real count, Real volume) {
       if (static_cast<Real>(seeds.position.size()) + count > k_particles_max)
-        throw InputError("ratio = {} with points = {} makes more than {:.0g} particles", ratio, points, k_particles_max);
+        throw InputError("ratio = {:.6g} with points = {} makes more than {:.0g} particles", factor, points, k_particles_max);
       for (int j = 0; j < static_cast<int>(count); ++j) {
         const Real angle = 2 * pi * j / count;
         seeds.position.push_back({disk->center[0] + r * std::cos(angle), disk->center[1] + r * std::sin(angle), 0});
@@ -92,10 +125,10 @@ struct LayeredDisk final : Layout {
     seeds.volume.assign(seeds.position.size(), pi * core_radius * core_radius / static_cast<Real>(seeds.position.size()));
     Real r = core_radius;
     Real count = points;
-    for (int k = 0; k < layers; ++k) {
-      spacing /= ratio;
+    for (int k = 1; k <= layer_count; ++k) {
+      spacing /= factor;
       r += spacing;
-      count = std::ceil(count * ratio);
+      count = std::ceil(layers ? points * std::pow(factor, k) : count * factor);
       add_ring(r, count, r * (2 * pi / count) * spacing);
     }
     normalize(seeds, pi * disk->radius * disk->radius, is_normalized);

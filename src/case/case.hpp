@@ -41,6 +41,7 @@ struct GridSpec {
   std::vector<Real> grading;               ///< Per direction: how many times as long each cell is as the one before it. Empty: equal cells.
   std::array<std::vector<Real>, 3> lines;  ///< Per direction, instead of equal or graded cells: their coordinates [m]; empty: none.
   int refinements = 0;                     ///< Cells of a mesh are halved so many times.
+  std::vector<Vec3> corners;               ///< Quadrilateral into which the box is mapped, counter-clockwise from the lower left [m].
   OutsidePolicy particles_outside = OutsidePolicy::error;
   static void declare(ParameterTable<GridSpec>& table);
 };

@@ -66,6 +66,36 @@ void check_mesh(GridSpec& grid, const Input& input, const ReadContext& context) 
   }
 }
 
+/// The quadrilateral into which the box is mapped.
+void check_corners(const GridSpec& grid, const Input& input, const ReadContext& context) {
+  if (grid.corners.empty()) return;
+  const Input& given = at_key(input, "corners");
+  if (context.dim != 2) fail_input(given, context, "corners is for dim = 2");
+  if (grid.corners.size() != 4) {
+    fail_input(given, context,
+               fmt::format("corners has {} points; give 4, counter-clockwise from the lower left: lower left, lower right, upper right, "
+                           "upper left",
+                           grid.corners.size()));
+  }
+  for (std::size_t k = 0; k < 4; ++k) {
+    const Vec3& x = grid.corners[k];
+    for (std::size_t d = 0; d < 2; ++d) {
+      if (x[d] >= grid.lower[d] && x[d] <= grid.upper[d]) continue;
+      fail_input(given, context,
+                 fmt::format("corners[{}] = [{}, {}] is outside of the box from lower = [{}, {}] to upper = [{}, {}]", k, x[0], x[1],
+                             grid.lower[0], grid.lower[1], grid.upper[0], grid.upper[1]));
+    }
+    const Vec3& before = grid.corners[(k + 3) % 4];
+    const Vec3& after = grid.corners[(k + 1) % 4];
+    const Real area = (x[0] - before[0]) * (after[1] - x[1]) - (x[1] - before[1]) * (after[0] - x[0]);
+    if (area > 0) continue;
+    fail_input(given, context,
+               fmt::format("corners[{}] = [{}, {}]: cells there would be turned inside out; go counter-clockwise from the lower left, with "
+                           "angles below 180 degrees",
+                           k, x[0], x[1]));
+  }
+}
+
 }  // namespace
 
 void check_grid(GridSpec& grid, const Input& input, const ReadContext& context) {
@@ -92,6 +122,7 @@ void check_grid(GridSpec& grid, const Input& input, const ReadContext& context) 
     cells_from_size(grid, input, context);
   }
   check_mesh(grid, input, context);
+  check_corners(grid, input, context);
   Real nodes = 1;
   for (std::size_t d = 0; d < dim; ++d) {
     nodes *= static_cast<Real>(grid.cells[d]) * std::ldexp(1, grid.refinements) + 1;
@@ -150,6 +181,16 @@ void GridSpec::declare(ParameterTable<GridSpec>& table) {
       [](const GridSpec& grid, int) -> std::optional<Input> {
         if (grid.refinements == 0) return std::nullopt;
         return Input::integer(grid.refinements);
+      });
+  table.custom(
+      {"corners", "m", type_text<std::vector<Vec3>>(), "", "4 points within the box, counter-clockwise from the lower left",
+       "Implicit solver on elements, 2D: the quadrilateral into which the box is mapped, with all its lines.", false},
+      [](GridSpec& grid, const Input& input, const ReadContext& context) {
+        read_value(input, context, "corners", any_number(), grid.corners);
+      },
+      [](const GridSpec& grid, int dim) -> std::optional<Input> {
+        if (grid.corners.empty()) return std::nullopt;
+        return write_value(grid.corners, dim);
       });
   table.choice(
       "particles_outside", &GridSpec::particles_outside,

@@ -60,7 +60,7 @@ const Input& section_of(const Input& input, const std::string& name) { return at
 
 void check_for_explicit(const Case& problem, const Input& input) {
   const Input& grid = section_of(input, "grid");
-  for (const char* key : {"grading", "refinements", "lines_x", "lines_y", "lines_z"}) {
+  for (const char* key : {"grading", "refinements", "lines_x", "lines_y", "lines_z", "corners"}) {
     if (is_given(grid, key)) fail_case(at_key(grid, key), "grid", fmt::format("{} is for solver.type = \"implicit\" only", key));
   }
   const Input& time = section_of(input, "time");
@@ -81,6 +81,15 @@ void check_for_explicit(const Case& problem, const Input& input) {
   }
 }
 
+/// Whether a side of the mapped grid is not along an axis.
+bool is_inclined(const GridSpec& grid, const std::string& side) {
+  if (grid.corners.empty()) return false;
+  const std::vector<std::string> order = {"bottom", "right", "top", "left"};
+  const auto first = static_cast<std::size_t>(std::find(order.begin(), order.end(), side) - order.begin());
+  const std::size_t across = first % 2 == 0 ? 1 : 0;
+  return grid.corners[first][across] != grid.corners[(first + 1) % 4][across];
+}
+
 void check_implicit_boundaries(const Case& problem) {
   const bool is_element = problem.implicit.basis == BasisKind::element;
   for (std::size_t b = 0; b < problem.boundaries.size(); ++b) {
@@ -99,6 +108,12 @@ void check_implicit_boundaries(const Case& problem) {
       if (boundary.is_attached || boundary.receding_correction > 0)
         fail_case(place, where, "attached and receding_correction are for sides of the grid");
     }
+    if (boundary.kind == BoundaryKind::slip && !boundary.region && is_inclined(problem.grid, boundary.side)) {
+      fail_case(place, where,
+                fmt::format("kind = \"slip\" holds the component across a side, but grid.corners inclines side = \"{}\"; use kind = "
+                            "\"fixed\", with components where they fit",
+                            boundary.side));
+    }
     if (boundary.receding_correction > 0 && !is_element) {
       fail_case(place, where, "receding_correction is for basis = \"element\" only");
     }
@@ -109,7 +124,7 @@ void check_for_implicit(const Case& problem, const Input& input) {
   const Input& grid = section_of(input, "grid");
   const bool is_element = problem.implicit.basis == BasisKind::element;
   if (!problem.grid.periodic.empty()) fail_case(at_key(grid, "periodic"), "grid", "the implicit solver has no periodic sides");
-  for (const char* key : {"grading", "lines_x", "lines_y", "lines_z"}) {
+  for (const char* key : {"grading", "lines_x", "lines_y", "lines_z", "corners"}) {
     if (!is_element && is_given(grid, key))
       fail_case(at_key(grid, key), "grid", fmt::format("{} is for solver.basis = \"element\"; B-splines need equal cells", key));
   }

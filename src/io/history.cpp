@@ -121,10 +121,8 @@ SystemTotals system_totals(const Snapshot& snapshot, const std::vector<BodyTotal
   for (const BodyTotals& body : bodies) add(totals.sum, body);
   totals.sum = without_meaningless(totals.sum);
   totals.ledger = snapshot.solver.ledger();
-  const Ledger& ledger = totals.ledger;
   const Real present = totals.sum.kinetic_energy + totals.sum.strain_energy + totals.sum.gravitational_energy;
-  totals.transfer_loss = snapshot.initial_energy - (present + ledger.damping_dissipation + ledger.viscous_dissipation -
-                                                    ledger.boundary_work - ledger.body_force_work + ledger.removed_energy);
+  totals.transfer_loss = snapshot.initial_energy - present - totals.ledger.energy_spent();
   return totals;
 }
 

@@ -11,8 +11,7 @@ struct SystemTotals {
   BodyTotals sum;  ///< With no particles left, centre, extent and J are nan.
   Ledger ledger;
   /// What the transfers between particles and grid have taken since the start [J]; positive is a loss, negative a gain:
-  /// E_start - (kinetic + strain + gravitational + damping_dissipation + viscous_dissipation - boundary_work - body_force_work +
-  /// removed_energy).
+  /// E_start - (kinetic + strain + gravitational) - Ledger::energy_spent().
   Real transfer_loss = 0;
 };
 

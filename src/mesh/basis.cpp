@@ -15,7 +15,10 @@ namespace {
 template <int Dim>
 class ElementBasis final : public Basis<Dim> {
  public:
-  ElementBasis(std::array<std::vector<Real>, Dim> lines, int order) : lines_(std::move(lines)), mesh_(tensor_mesh<Dim>(lines_, order)) {}
+  ElementBasis(std::array<std::vector<Real>, Dim> lines, int order, const std::vector<Vec3>& corners)
+      : lines_(std::move(lines)), mesh_(tensor_mesh<Dim>(lines_, order)), is_mapped_(!corners.empty()) {
+    if (is_mapped_) map_to(corners);
+  }
 
   int functions_per_cell() const override { return mesh_.nodes_per_element(); }
   Index node_count() const override { return mesh_.node_count(); }
@@ -25,6 +28,7 @@ class ElementBasis final : public Basis<Dim> {
   bool is_interpolating() const override { return true; }
 
   std::optional<ElementPoint<Dim>> locate(const Vec<Dim>& x) const override {
+    if (is_mapped_) return mesh_.locate(x);
     // The boxes are as they were made, so that bisection and a division do what Newton's method would.
     ElementPoint<Dim> point;
     for (std::size_t d = Dim; d-- > 0;) {
@@ -60,8 +64,21 @@ class ElementBasis final : public Basis<Dim> {
   }
 
  private:
+  /// Moves all nodes by the bilinear map of the box to four corners, counter-clockwise from the lower left.
+  void map_to(const std::vector<Vec3>& corners) {
+    std::vector<Vec<Dim>> nodes = mesh_.nodes();
+    for (Vec<Dim>& x : nodes) {
+      const Real a = (x[0] - lines_[0].front()) / (lines_[0].back() - lines_[0].front());
+      const Real b = (x[1] - lines_[1].front()) / (lines_[1].back() - lines_[1].front());
+      for (std::size_t d = 0; d < 2; ++d)
+        x[d] = (1 - b) * ((1 - a) * corners[0][d] + a * corners[1][d]) + b * ((1 - a) * corners[3][d] + a * corners[2][d]);
+    }
+    mesh_.set_nodes(std::move(nodes));
+  }
+
   std::array<std::vector<Real>, Dim> lines_;
   Mesh<Dim> mesh_;
+  bool is_mapped_;  ///< Whether its cells are no boxes.
 };
 
 // --- B-splines -------------------------------------------------------------------------------------------------------
@@ -259,7 +276,7 @@ std::unique_ptr<Basis<Dim>> make_element_basis(const GridSpec& grid, int order) 
                    : grid.lines[d];
     for (int r = 0; r < grid.refinements; ++r) lines[d] = halved(lines[d]);
   }
-  return std::make_unique<ElementBasis<Dim>>(std::move(lines), order);
+  return std::make_unique<ElementBasis<Dim>>(std::move(lines), order, grid.corners);
 }
 
 template <int Dim>

@@ -242,6 +242,7 @@ Vec<Dim> Mesh<Dim>::position(const ElementPoint<Dim>& point) const {
 template <int Dim>
 std::optional<ElementPoint<Dim>> Mesh<Dim>::locate(const Vec<Dim>& x, Index guess, const std::vector<bool>* is_barred) const {
   constexpr Real k_converged = 1e-13;
+  constexpr Real k_nearly_converged = 1e-9;  // and no longer falling: far from the origin rounding ends it sooner
   constexpr Real k_outside = 1e-10;
   constexpr int k_iterations = 30;
   const int hops_max = 4 + static_cast<int>(2 * element_count());  // more than any way without a loop
@@ -250,6 +251,7 @@ std::optional<ElementPoint<Dim>> Mesh<Dim>::locate(const Vec<Dim>& x, Index gues
   Real gradients[27 * Dim];
   for (int hop = 0; hop < hops_max; ++hop) {
     bool has_converged = false;
+    Real last_change = std::numeric_limits<Real>::infinity();
     for (int iteration = 0; iteration < k_iterations && !has_converged; ++iteration) {
       // With grad N = J^-T dN/dxi: dxi = J^-1 (x - x(xi)); J^-1_dr is the gradient of xi_d, which the nodes' xi interpolate exactly.
       const Vec<Dim> reached = position(point);
@@ -270,7 +272,8 @@ std::optional<ElementPoint<Dim>> Mesh<Dim>::locate(const Vec<Dim>& x, Index gues
         // Far outside the map may fold; the direction of the hop is all that is asked for there.
         point.xi[d] = std::clamp(point.xi[d], Real{-3}, Real{3});
       }
-      has_converged = largest < k_converged;
+      has_converged = largest < k_converged || (largest < k_nearly_converged && largest >= last_change);
+      last_change = largest;
     }
     std::size_t worst = 0;
     for (std::size_t d = 1; d < Dim; ++d) {

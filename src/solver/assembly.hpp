@@ -77,6 +77,17 @@ class Assembly {
   /// A of all particles, Dim x Dim numbers each, and their displacements [m], in the order of the space's particles.
   void deform(const std::vector<Real>& u, std::vector<Real>& A, std::vector<Vec<Dim>>& du) const;
 
+  /// Forces of the soft stiffness by active node and component [N].
+  void soft_force(const std::vector<Real>& u, std::vector<Real>& out) const;
+
+  /// Work of the stresses in the displacements of the step, by their parts.
+  struct StressWork {
+    Real start = 0;             ///< Of the stresses at its start, with the true gradients: sum of V0 tau : (A - I) [J].
+    Real correction_start = 0;  ///< What the corrected gradients of receding particles add to it [J],
+    Real correction_end = 0;    ///< and to the work of the stresses at its end [J].
+  };
+  StressWork stress_work(const std::vector<Real>& u, Real dt) const;
+
   TangentFunction<Dim> law(std::size_t source) const { return laws_[source].evaluate; }
 
  private:

@@ -23,6 +23,16 @@ SeedingGrid seeding_grid(const GridSpec& grid) {
   return box;
 }
 
+/// Of a grid that is no box: whether all particles are in it.
+template <int Dim>
+void check_inside(const PointBody<Dim>& body, const Basis<Dim>& basis, const BodySpec& spec) {
+  for (std::size_t p = 0; p < static_cast<std::size_t>(body.count()); ++p) {
+    if (basis.locate(body.position[p])) continue;
+    throw InputError("{}: particle {} at ({:.6g}) is outside of the quadrilateral of grid.corners; move the body or the corners",
+                     place_of(spec), body.id[p], fmt::join(body.position[p], ", "));
+  }
+}
+
 /// Whether a face of a body of elements carries the load of a condition.
 template <int Dim>
 bool is_loaded(const BoundarySpec& spec, const ElementFace& face, const Basis<Dim>& basis) {
@@ -122,6 +132,7 @@ void ImplicitSolver<Dim>::make_bodies() {
     } else {
       particles_.emplace_back(spec, seeding_grid<Dim>(case_.grid));
       sources_.push_back({&particles_.back(), nullptr});
+      if (!case_.grid.corners.empty()) check_inside(particles_.back(), *basis_, spec);
     }
   }
 }
@@ -333,6 +344,7 @@ void ImplicitSolver<Dim>::set_initial_acceleration(Real t, Real dt) {
     }
     for (std::size_t d = 0; d < Dim && !load.nodal_force.empty(); ++d) body_force_force_[d] += load.nodal_force[n * Dim + d];
   }
+  if (!load.nodal_force.empty()) traction_work_.advance(space_, load.nodal_force, zero);
   std::copy_n(load.gravity.begin(), Dim, acceleration_gravity_.begin());
   for (std::size_t d = 0; d < Dim; ++d) reaction_[d] = total[d] - gravity_force_[d] - body_force_force_[d];
 }

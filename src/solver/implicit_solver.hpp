@@ -17,6 +17,22 @@
 
 namespace matpoint {
 
+/// The work of a force on nodes, by the trapezoidal rule in time, as Newmark's method has it.
+template <int Dim>
+class NodalWork {
+ public:
+  /// Adds the work of one step: of the mean of the last force and this one, by active node and component [N], in the displacements [m].
+  void advance(const StepSpace<Dim>& space, const std::vector<Real>& force, const std::vector<Real>& u);
+  /// Of the last step: half the work of the force at its start, and of that at its end [J].
+  Real start() const { return start_; }
+  Real end() const { return end_; }
+
+ private:
+  std::vector<Real> last_;  ///< By node of the background and component [N].
+  Real start_ = 0;
+  Real end_ = 0;
+};
+
 template <int Dim>
 class ImplicitSolver final : public Solver {
  public:
@@ -69,6 +85,7 @@ class ImplicitSolver final : public Solver {
   void commit_nodes(Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u);
   void book(Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Vec<Dim>>& du,
             const std::vector<Real>& residual);
+  void book_forces_at_start(Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Vec<Dim>>& du);
   void change_gravity(const Vec3& gravity, const std::vector<Vec<Dim>>& du);
   /// Gravity on a body, by its weight [m/s^2].
   Vec3 gravity_on(std::size_t body) const;
@@ -95,7 +112,10 @@ class ImplicitSolver final : public Solver {
   Vec3 gravity_force_{};         ///< On all particles, as the accelerations at the end of the last step have it [N].
   Vec3 body_force_force_{};      ///< The same of the body force.
   Vec3 reaction_{};              ///< And of the conditions at nodes.
-  int iterations_ = 0;           ///< Of the last step, all parts of it together.
+  NodalWork<Dim> reaction_work_;
+  NodalWork<Dim> traction_work_;
+  NodalWork<Dim> soft_work_;
+  int iterations_ = 0;  ///< Of the last step, all parts of it together.
   int cuts_ = 0;
   double step_seconds_ = 0;
   std::vector<Escape> escapes_;

@@ -8,6 +8,23 @@
 namespace matpoint {
 
 template <int Dim>
+void NodalWork<Dim>::advance(const StepSpace<Dim>& space, const std::vector<Real>& force, const std::vector<Real>& u) {
+  const auto size = static_cast<std::size_t>(space.basis().node_count() * Dim);
+  last_.resize(size, 0);
+  std::vector<Real> now(size, 0);
+  start_ = end_ = 0;
+  for (std::size_t n = 0; n < space.nodes().size(); ++n) {
+    for (std::size_t d = 0; d < Dim; ++d) {
+      const std::size_t place = static_cast<std::size_t>(space.nodes()[n]) * Dim + d;
+      now[place] = force[n * Dim + d];
+      start_ += 0.5 * last_[place] * u[n * Dim + d];
+      end_ += 0.5 * now[place] * u[n * Dim + d];
+    }
+  }
+  last_ = std::move(now);
+}
+
+template <int Dim>
 void ImplicitSolver<Dim>::commit(Real t, Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u) {
   std::vector<Real> residual;
   assembly_.residual(u, load, residual);
@@ -15,6 +32,8 @@ void ImplicitSolver<Dim>::commit(Real t, Real dt, const StepLoad<Dim>& load, con
   std::vector<Real> A;
   std::vector<Vec<Dim>> du;
   assembly_.deform(u, A, du);
+  book(dt, load, u, du, residual);
+  book_forces_at_start(dt, load, u, du);
   commit_law(dt, A);
   const bool is_dynamic = spec_.mode == ImplicitMode::dynamic;
   space_.for_each_point([&](std::size_t source, std::size_t p, std::size_t k) {
@@ -33,14 +52,15 @@ void ImplicitSolver<Dim>::commit(Real t, Real dt, const StepLoad<Dim>& load, con
         Real& v = body.velocity[p][d];
         Real& a = body.acceleration[p][d];
         const Real a_new = load.inertia.u * du[k][d] - load.inertia.v * v - load.inertia.a * a;
-        v += dt * ((1 - spec_.gamma) * a + spec_.gamma * a_new);
+        const Real v_new = v + dt * ((1 - spec_.gamma) * a + spec_.gamma * a_new);
+        ledger_.integrator_loss += 0.5 * body.mass[p] * ((a + a_new) * du[k][d] - (v_new + v) * (v_new - v));
+        v = v_new;
         a = a_new;
       }
       body.position[p][d] += du[k][d];
     }
   });
   commit_nodes(dt, load, u);
-  book(dt, load, u, du, residual);
   change_gravity(case_.gravity_at(t + dt), du);
 }
 
@@ -101,15 +121,24 @@ void ImplicitSolver<Dim>::book(Real dt, const StepLoad<Dim>& load, const std::ve
   Vec3 reaction{};
   Vec3 gravity_force{};
   Vec3 body_force{};
+  std::vector<Real> reactions(residual.size(), 0);
   for (std::size_t k = 0; k < residual.size(); ++k) {
     const std::size_t d = k % Dim;
-    if (space_.unknown(static_cast<Index>(k / Dim), static_cast<int>(d)) < 0) {
-      reaction[d] += residual[k];
-      ledger_.boundary_work += residual[k] * u[k];
-    }
-    if (load.nodal_force.empty()) continue;
-    body_force[d] += load.nodal_force[k];
-    ledger_.body_force_work += load.nodal_force[k] * u[k];
+    if (space_.unknown(static_cast<Index>(k / Dim), static_cast<int>(d)) < 0) reactions[k] = residual[k];
+    reaction[d] += reactions[k];
+    if (!load.nodal_force.empty()) body_force[d] += load.nodal_force[k];
+  }
+  reaction_work_.advance(space_, reactions, u);
+  ledger_.boundary_work += reaction_work_.start() + reaction_work_.end();
+  if (!load.nodal_force.empty()) {
+    traction_work_.advance(space_, load.nodal_force, u);
+    ledger_.body_force_work += traction_work_.start() + traction_work_.end();
+  }
+  if (spec_.soft_stiffness[0] > 0 || spec_.soft_stiffness[1] > 0) {
+    std::vector<Real> soft;
+    assembly_.soft_force(u, soft);
+    soft_work_.advance(space_, soft, u);
+    ledger_.soft_dissipation += soft_work_.start() + soft_work_.end();
   }
   space_.for_each_point([&](std::size_t source, std::size_t p, std::size_t k) {
     const Real ratio = sources_[source].fem != nullptr ? sources_[source].fem->weight_ratio() : 1;
@@ -131,6 +160,26 @@ void ImplicitSolver<Dim>::book(Real dt, const StepLoad<Dim>& load, const std::ve
   impulse(ledger_.gravity_impulse, gravity_force_, gravity_force);
   impulse(ledger_.body_force_impulse, body_force_force_, body_force);
   impulse(ledger_.boundary_impulse, reaction_, reaction);
+}
+
+/// What the forces at the start of the step do on this step's background. They balanced on that of the last step, and where they do not on
+/// this one, energy is lost or made.
+template <int Dim>
+void ImplicitSolver<Dim>::book_forces_at_start(Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u,
+                                               const std::vector<Vec<Dim>>& du) {
+  const auto work = assembly_.stress_work(u, dt);
+  ledger_.receding_work += 0.5 * (work.correction_start + work.correction_end);
+  if (spec_.mode != ImplicitMode::dynamic) return;
+  Real unbalanced = 0.5 * work.start + soft_work_.start() - reaction_work_.start() - traction_work_.start();
+  space_.for_each_point([&](std::size_t source, std::size_t p, std::size_t k) {
+    const PointBody<Dim>& body = *sources_[source].points;
+    const Real ratio = sources_[source].fem != nullptr ? sources_[source].fem->weight_ratio() : 1;
+    for (std::size_t d = 0; d < Dim; ++d) {
+      const Real b = load.b(source, ratio, p, d) + ratio * (gravity_[d] - load.gravity[d]);
+      unbalanced += 0.5 * body.mass[p] * (body.acceleration[p][d] - b) * du[k][d];
+    }
+  });
+  ledger_.reset_loss -= unbalanced;
 }
 
 /// Where gravity changes, so does the gravitational energy: work of the load, at the middle of the step's way as the trapezoidal rule has
@@ -237,6 +286,10 @@ std::vector<StepNumber> ImplicitSolver<Dim>::step_numbers() const {
           {"active_unknowns", "1", static_cast<Real>(space_.unknown_count())},
           {"receding_particles", "1", static_cast<Real>(space_.receding_count())},
           {"penetrated_particles", "1", static_cast<Real>(space_.penetrated_count())},
+          {"soft_dissipation", "J", ledger_.soft_dissipation},
+          {"receding_work", "J", ledger_.receding_work},
+          {"integrator_loss", "J", ledger_.integrator_loss},
+          {"reset_loss", "J", ledger_.reset_loss},
           {"step_seconds", "s", step_seconds_}};
 }
 
@@ -261,6 +314,8 @@ std::vector<std::string> ImplicitSolver<Dim>::warnings() const {
       few, space_.cells().size(), enough, least)};
 }
 
+template class NodalWork<2>;
+template class NodalWork<3>;
 template class ImplicitSolver<2>;
 template class ImplicitSolver<3>;
 

@@ -41,6 +41,16 @@ struct Ledger {
   Real removed_mass = 0;         ///< [kg]
   Vec3 removed_momentum{};       ///< [N s]
   Real removed_energy = 0;       ///< Kinetic + strain + gravitational energy of the removed particles [J].
+  Real soft_dissipation = 0;     ///< Taken by the implicit solver's soft stiffness [J].
+  Real receding_work = 0;        ///< Brought in by its correction for receding particles [J].
+  Real integrator_loss = 0;      ///< Taken from the kinetic energy by Newmark's formulas [J]; 0 for beta = 1/4, gamma = 1/2.
+  Real reset_loss = 0;           ///< Taken by resets of the background: forces that balanced on the old one do not on the new one [J].
+
+  /// What the bodies have lost of their energy by all of this [J].
+  Real energy_spent() const {
+    return damping_dissipation + viscous_dissipation - boundary_work - body_force_work + removed_energy + soft_dissipation - receding_work +
+           integrator_loss + reset_loss;
+  }
 };
 
 /// How the particles lie in memory: what the speed of a step depends on (docs/performance.md).

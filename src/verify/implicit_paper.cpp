@@ -3,6 +3,7 @@
 // cases/*.toml.
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <sstream>
 
@@ -135,15 +136,17 @@ Measured cantilever(const Sets& sets, const std::string& tail) {
 
 // --- series ----------------------------------------------------------------------------------------------------------
 struct Sample {
+  Real t;
   Real x;
   Real y;
 };
 
-std::vector<Sample> series(const std::string& name) {
+/// By step.
+std::map<Index, Sample> series(const std::string& name) {
   std::stringstream stream(acceptance_tables().at(name));
   std::string line;
   std::getline(stream, line);
-  std::vector<Sample> samples;
+  std::map<Index, Sample> samples;
   while (std::getline(stream, line)) {
     std::stringstream cells(line);
     std::string step, time, x, y;
@@ -151,29 +154,34 @@ std::vector<Sample> series(const std::string& name) {
     std::getline(cells, time, ',');
     std::getline(cells, x, ',');
     std::getline(cells, y, ',');
-    samples.push_back({std::stod(x), std::stod(y)});
+    samples[std::stoll(step)] = {std::stod(time), std::stod(x), std::stod(y)};
   }
   return samples;
 }
 
-/// Half a unit of the seventh digit, as which the reference's numbers are printed [m].
-Real half_digit(Real value) { return value == 0 ? 0 : 0.5 * std::pow(10, std::floor(std::log10(std::abs(value))) - 6); }
+/// Half a unit of the last of the digits with which the reference's numbers are printed.
+Real half_digit(Real value, int digits) {
+  return value == 0 ? 0 : 0.5 * std::pow(10, std::floor(std::log10(std::abs(value))) - (digits - 1));
+}
 
 }  // namespace
 
-Real series_difference(Simulation& sim, const std::string& name, std::size_t particle) {
-  const std::vector<Sample> samples = series(name);
+Real series_difference(Simulation& sim, const std::string& name, std::size_t particle, int digits) {
+  const std::map<Index, Sample> samples = series(name);
+  const Sample& start = samples.at(0);
   Real worst = 0;
-  every(sim, 1, [&](const Simulation& s) {
-    const auto k = static_cast<std::size_t>(s.step_count());
-    if (k >= samples.size()) return;
-    const Field position = s.solver().field(0, "position");
-    const Real way = std::hypot(samples[k].x - samples[0].x, samples[k].y - samples[0].y);
+  while (sim.step_count() < samples.rbegin()->first) {
+    sim.step();
+    const auto found = samples.find(sim.step_count());
+    if (found == samples.end()) continue;
+    const Sample& sample = found->second;
+    const Field position = sim.solver().field(0, "position");
+    const Real way = std::hypot(sample.x - start.x, sample.y - start.y);
     const Real allowed = std::max(1e-6 * way, 1e-9);
-    worst = std::max({worst, std::abs(position.values[2 * particle] - samples[k].x) / (allowed + half_digit(samples[k].x)),
-                      std::abs(position.values[2 * particle + 1] - samples[k].y) / (allowed + half_digit(samples[k].y))});
-  });
-  sim.run(nullptr, sim.next_dt() * 20);
+    worst = std::max({worst, std::abs(sim.time() - sample.t) / (1e-6 * sample.t + half_digit(sample.t, digits)),
+                      std::abs(position.values[2 * particle] - sample.x) / (allowed + half_digit(sample.x, digits)),
+                      std::abs(position.values[2 * particle + 1] - sample.y) / (allowed + half_digit(sample.y, digits))});
+  }
   return worst;
 }
 

@@ -22,9 +22,9 @@ class AveragedError {
   int count_ = 0;
 };
 
-/// The greatest difference to the first 20 steps of a series (verification/<name>.csv), each in units of what it may be: 1e-6 of the way or
-/// 1e-9 m, and the rounding of the printed numbers.
-Real series_difference(Simulation& sim, const std::string& name, std::size_t particle);
+/// The greatest difference in times and positions to a series (verification/<name>.csv), each in units of what it may be: 1e-6 of the way
+/// or 1e-9 m, and the rounding of the printed numbers, of so many digits. Runs to the end of the series.
+Real series_difference(Simulation& sim, const std::string& name, std::size_t particle, int digits = 7);
 VerifyRow series_row(const std::string& quantity);
 
 }  // namespace matpoint

@@ -36,9 +36,7 @@ Vec3 momentum(const Simulation& sim) {
 }
 
 Real transfer_loss(const Simulation& sim) {
-  const Ledger& ledger = sim.solver().ledger();
-  return sim.initial_energy() - energy(sim) - ledger.damping_dissipation - ledger.viscous_dissipation + ledger.boundary_work +
-         ledger.body_force_work - ledger.removed_energy;
+  return sim.initial_energy() - energy(sim) - sim.solver().ledger().energy_spent();
 }
 
 Real momentum_remainder(const Simulation& sim) {

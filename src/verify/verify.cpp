@@ -76,7 +76,11 @@ Measurements run_jobs(const std::vector<VerifyJob>& jobs, int threads) {
       const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
       const std::lock_guard lock(mutex);
       fmt::print(stderr, "{:10s} {} {} ({:.1f} s)\n", job.group, job.name, failure.empty() ? "done" : "FAILED", seconds);
-      for (const auto& [quantity, value] : measured) measurements.values[{job.group, quantity}] = value;
+      for (const auto& [quantity, value] : measured) {
+        measurements.values[{job.group, quantity}] = value;
+        // The numbers of a long job at once: the table comes when all are done, and may be hours away.
+        if (seconds > 60) fmt::print(stderr, "  {} = {:.10g}\n", quantity, value);
+      }
       if (!failure.empty()) measurements.failures.push_back(failure);
     }
   };

@@ -125,7 +125,8 @@ INSTANTIATE_TEST_SUITE_P(
     layouts, WrongBody,
     testing::Values(
         layout("unknown_type", "{ type = \"percell\", count = 4 }",
-               {"layout type = \"percell\" is unknown, allowed: \"per_cell\", \"lattice\", \"polar\", \"points\", \"layered_disk\" or \"layered_beam\"",
+               {"layout type = \"percell\" is unknown, allowed: \"per_cell\", \"lattice\", \"polar\", \"points\", \"layered_disk\" or "
+                "\"layered_beam\"",
                 "did you mean \"per_cell\"?"}),
         layout(
             "count_not_square", "{ type = \"per_cell\", count = 5 }",

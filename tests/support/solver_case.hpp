@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "case/case.hpp"
+#include "case/case_file.hpp"
 #include "case/simulation.hpp"
 
 namespace matpoint::test {
@@ -49,6 +50,21 @@ class VelocityFunction final : public VelocityField {
  private:
   Function f_;
 };
+
+/// A case from its text and changes to it, as with --set.
+inline Case read(const std::string& text, const std::vector<std::string>& sets = {}) {
+  Input input = parse_toml(text, "case.toml");
+  for (const std::string& set : sets) apply_set(input, set);
+  return Case::from_input(input, "case");
+}
+
+/// A number that a solver tells about its last step; nan if there is none of that name.
+inline Real number_of(const Solver& solver, const std::string& name) {
+  for (const StepNumber& number : solver.step_numbers()) {
+    if (number.name == name) return number.value;
+  }
+  return std::numeric_limits<Real>::quiet_NaN();
+}
 
 /// count[0] x count[1] (x count[2]) particles in the middles of equal boxes.
 inline Seeds lattice(int dim, const Vec3& lower, const Vec3& upper, const std::array<int, 3>& count) {
@@ -181,9 +197,7 @@ inline Real greatest_magnitude(const std::vector<Real>& a) { return greatest_dif
 
 /// E0 - E - dissipated + work of the boundaries - energy of removed particles: what the transfers lost (+) or made (-) [J].
 inline Real transfer_loss(const Simulation& sim) {
-  const Ledger& ledger = sim.solver().ledger();
-  return sim.initial_energy() - sums_of(sim.solver()).energy - ledger.damping_dissipation - ledger.viscous_dissipation +
-         ledger.boundary_work + ledger.body_force_work - ledger.removed_energy;
+  return sim.initial_energy() - sums_of(sim.solver()).energy - sim.solver().ledger().energy_spent();
 }
 
 /// P - P0 - all booked impulses + removed momentum, the component of greatest magnitude [N s].

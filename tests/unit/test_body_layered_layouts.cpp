@@ -42,6 +42,26 @@ TEST(LayeredDisk, has_the_published_counts_and_masses) {
   EXPECT_NEAR(1000 * bounce.area, 80.6034, 5e-4);
 }
 
+TEST(LayeredDisk, a_number_of_layers_ends_at_the_edge) {
+  // The appendix' own rule, of which the reference computation has 46,982 particles (a rounded quotient more or less on some rings).
+  const Numbers disk_22 = disk(1.6, "core_radius = 1.4, points = 300, layers = 22, normalized = false");
+  EXPECT_NEAR(static_cast<Real>(disk_22.count), 46982, 6);
+  EXPECT_NEAR(1000 * disk_22.area, 8051.56, 0.005);
+  EXPECT_NEAR(disk_22.radius, 1.6, 1e-13);
+  EXPECT_NEAR(disk(0.7, "core_radius = 0.2, points = 40, layers = 40").radius, 0.7, 1e-13);
+}
+
+TEST(LayeredDisk, too_few_layers_and_a_ratio_beside_them_are_refused) {
+  const std::string few = complaint_of([] { disk(1.6, "core_radius = 1.4, points = 300, layers = 6"); });
+  EXPECT_NE(few.find("layers = 6 of at most 0.0291667 m cannot fill the 0.2 m between the core and the edge"), std::string::npos) << few;
+  EXPECT_NE(few.find("give at least 7"), std::string::npos) << few;
+  EXPECT_NEAR(disk(1.6, "core_radius = 1.4, points = 300, layers = 7").radius, 1.6, 1e-13);
+  EXPECT_NE(complaint_of([] {
+              disk(1.6, "core_radius = 1.4, points = 300, layers = 22, ratio = 1.1");
+            }).find("ratio and layers are both given; give one of them"),
+            std::string::npos);
+}
+
 TEST(LayeredDisk, normalized_volumes_are_the_disks) {
   EXPECT_NEAR(disk(1.6, "core_radius = 1.4, points = 300").area, std::numbers::pi * 1.6 * 1.6, 1e-11);
   EXPECT_NEAR(disk(0.5, "core_radius = 0.3, points = 60, ratio = 1.02").area, std::numbers::pi * 0.25, 1e-12);

@@ -127,6 +127,23 @@ TEST(Mesh, inverse_map_finds_points_of_a_bent_mesh) {
   expect_inverse_map<3>(2);
 }
 
+TEST(Mesh, inverse_map_finds_points_far_from_the_origin) {
+  // Where positions are rounded to more than what the local coordinates of a cell are usually found to.
+  Mesh<2> mesh = tensor_mesh<2>({std::vector<Real>{0, 0.1, 0.2}, std::vector<Real>{0, 0.1, 0.2}}, 2);
+  std::vector<Vec<2>> nodes = bent<2>(mesh.nodes());
+  for (Vec<2>& x : nodes) x = {x[0] + 1000, x[1] - 3000};
+  mesh.set_nodes(nodes);
+  std::mt19937 random(11);
+  std::uniform_real_distribution<Real> uniform(-0.999, 0.999);
+  for (int k = 0; k < 2000; ++k) {
+    const ElementPoint<2> point{k % 4, {uniform(random), uniform(random)}};
+    const auto found = mesh.locate(mesh.position(point), 3);
+    ASSERT_TRUE(found.has_value()) << k;
+    EXPECT_EQ(found->element, point.element);
+    for (std::size_t d = 0; d < 2; ++d) EXPECT_NEAR(found->xi[d], point.xi[d], 1e-8);
+  }
+}
+
 TEST(Mesh, gradients_on_a_bent_mesh_are_those_of_a_linear_field) {
   Mesh<2> mesh = tensor_mesh<2>({std::vector<Real>{0, 0.5, 1}, std::vector<Real>{0, 0.5, 1}}, 2);
   mesh.set_nodes(bent<2>(mesh.nodes()));
@@ -165,6 +182,35 @@ TEST(Basis, elements_and_splines_reproduce_linear_fields) {
   const GridSpec solid = grid_of(3, {3, 1, 2}, lower, upper);
   expect_linear_fields<3>(*make_spline_basis<3>(solid), lower, upper);
   expect_linear_fields<3>(*make_element_basis<3>(solid, 2), lower, upper);
+}
+
+TEST(Basis, corners_map_the_box_with_its_lines) {
+  GridSpec grid = grid_of(2, {4, 3}, {0, 0, 0}, {3, 2, 0});
+  grid.grading = {1.2, 1};
+  grid.corners = {{0.1, 0.2, 0}, {2.9, 0, 0}, {2.5, 1.9, 0}, {0, 1.4, 0}};
+  const auto basis = make_element_basis<2>(grid, 2);
+  // A linear field at places that are found again, and no place beside the quadrilateral.
+  std::vector<Real> N(9), g(18);
+  for (const Vec<2>& x : {Vec<2>{0.11, 0.21}, Vec<2>{1.3, 0.9}, Vec<2>{2.4, 1.8}, Vec<2>{2.8, 0.02}}) {
+    const auto point = basis->locate(x);
+    ASSERT_TRUE(point.has_value());
+    basis->evaluate(*point, N.data(), g.data());
+    Vec<2> sum{};
+    for (std::size_t i = 0; i < 9; ++i) {
+      const Vec<2> node = basis->node_position(basis->cell_nodes(point->element)[i]);
+      for (std::size_t d = 0; d < 2; ++d) sum[d] += N[i] * node[d];
+    }
+    EXPECT_NEAR(sum[0], x[0], 1e-13);
+    EXPECT_NEAR(sum[1], x[1], 1e-13);
+  }
+  EXPECT_FALSE(basis->locate({2.8, 1.8}).has_value());
+  EXPECT_FALSE(basis->locate({0.01, 0.1}).has_value());
+  // The area by the shoelace formula.
+  Real area = 0;
+  for (Index cell = 0; cell < basis->cell_count(); ++cell) {
+    for (const QuadraturePoint<2>& point : basis->quadrature(cell)) area += point.weight;
+  }
+  EXPECT_NEAR(area, 0.5 * (-0.58 + 5.51 + 3.5 - 0.14), 1e-13);
 }
 
 TEST(Basis, splines_are_smooth_across_cells) {

@@ -45,21 +45,8 @@ side = "bottom"
 kind = "fixed"
 )";
 
-Case read(const std::string& text, const std::vector<std::string>& sets = {}) {
-  Input input = parse_toml(text, "case.toml");
-  for (const std::string& set : sets) apply_set(input, set);
-  return Case::from_input(input, "case");
-}
-
 std::string refused(const std::string& text, const std::vector<std::string>& sets = {}) {
   return message_of<InputError>([&] { Simulation sim(read(text, sets)); });
-}
-
-Real number_of(const Solver& solver, const std::string& name) {
-  for (const StepNumber& number : solver.step_numbers()) {
-    if (number.name == name) return number.value;
-  }
-  return -1;
 }
 
 TEST(Coupled, momentum_balances_with_the_supports_and_no_particle_enters) {
@@ -75,7 +62,10 @@ TEST(Coupled, momentum_balances_with_the_supports_and_no_particle_enters) {
   }
   EXPECT_GT(strain, 1);
   EXPECT_GT(receding, 0);
-  EXPECT_LT(std::abs(transfer_loss(sim)), 0.1 * std::abs(sim.initial_energy()));
+  const Ledger& ledger = sim.solver().ledger();
+  EXPECT_NE(ledger.receding_work, 0);
+  EXPECT_GT(ledger.soft_dissipation, 0);
+  EXPECT_LT(std::abs(transfer_loss(sim)), 1e-3 * std::abs(sim.initial_energy()));
 }
 
 TEST(Coupled, any_number_of_threads_gives_the_same_bits) {
@@ -171,7 +161,10 @@ TEST(FemBody, traction_is_for_faces_of_elements_and_its_work_and_impulse_are_boo
   // A force of 500 Pa on 0.4 m for 0.1 s.
   EXPECT_NEAR(sim.solver().totals(0).momentum[0], 500 * 0.4 * 0.1, 1e-9 * 20);
   EXPECT_NEAR(sim.solver().ledger().body_force_impulse[0], 500 * 0.4 * 0.1, 1e-9 * 20);
-  EXPECT_LT(std::abs(transfer_loss(sim)), 1e-2 * sim.solver().ledger().body_force_work);
+  EXPECT_LT(std::abs(transfer_loss(sim)), 1e-3 * sim.solver().ledger().body_force_work);
+  // Gauss points stay where they are in their cells: forces balance at the start of a step as at the end of the last. The accelerations
+  // of the start are good to some 1e-7.
+  EXPECT_LT(std::abs(sim.solver().ledger().reset_loss), 1e-6 * sim.solver().ledger().body_force_work);
   EXPECT_THAT(refused(text + "[[boundary]]\nside = \"top\"\nkind = \"traction\"\ntraction = [1, 0]\n"),
               testing::HasSubstr("boundary 2: kind = \"traction\" loads faces of bodies of elements, and there is none on this side"));
 }

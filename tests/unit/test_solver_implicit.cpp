@@ -38,12 +38,6 @@ side = "bottom"
 kind = "fixed"
 )";
 
-Case read(const std::string& text, const std::vector<std::string>& sets = {}) {
-  Input input = parse_toml(text, "case.toml");
-  for (const std::string& set : sets) apply_set(input, set);
-  return Case::from_input(input, "case");
-}
-
 std::vector<Real> state_of(const Simulation& sim) {
   std::vector<Real> all;
   for (const char* name : {"position", "velocity", "deformation_gradient"}) {
@@ -51,13 +45,6 @@ std::vector<Real> state_of(const Simulation& sim) {
     all.insert(all.end(), values.begin(), values.end());
   }
   return all;
-}
-
-Real number_of(const Solver& solver, const std::string& name) {
-  for (const StepNumber& number : solver.step_numbers()) {
-    if (number.name == name) return number.value;
-  }
-  return -1;
 }
 
 class ImplicitBasis : public testing::TestWithParam<const char*> {
@@ -75,7 +62,28 @@ TEST_P(ImplicitBasis, momentum_balances_to_rounding_and_energy_nearly) {
     reaction = std::max(reaction, sim.solver().ledger().boundary_impulse[1]);
   }
   EXPECT_GT(reaction, 0.5 * scale);  // it did hit the bottom
-  EXPECT_LT(std::abs(transfer_loss(sim)), 0.1 * sim.initial_energy());
+  // The parts that the ledger names, and what integrating the stress's work in time leaves.
+  const Ledger& ledger = sim.solver().ledger();
+  EXPECT_GT(ledger.soft_dissipation, 0);
+  EXPECT_GT(std::abs(ledger.reset_loss), 1e-4 * sim.initial_energy());
+  EXPECT_LT(std::abs(transfer_loss(sim)), 1e-3 * sim.initial_energy());
+}
+
+/// Greatest share of the initial energy that the ledger leaves unnamed, over 0.3 s.
+Real unnamed_energy(std::vector<std::string> sets, Real dt) {
+  sets.insert(sets.end(), {fmt::format("time.dt={}", dt), "solver.gamma=0.6", "solver.beta=0.35"});
+  Simulation sim(read(k_disk, sets));
+  Real worst = 0;
+  sim.add_callback([&](const Simulation& s) {
+    worst = std::max(worst, std::abs(transfer_loss(s)) / s.initial_energy());
+    return true;
+  });
+  sim.run(nullptr, 0.3);
+  return worst;
+}
+
+TEST_P(ImplicitBasis, energy_that_the_ledger_leaves_unnamed_is_of_second_order_in_time) {
+  EXPECT_LT(unnamed_energy(basis(), 0.0025), unnamed_energy(basis(), 0.005) / 3);
 }
 
 TEST_P(ImplicitBasis, a_free_disk_keeps_momentum_and_nearly_its_spin) {
@@ -179,9 +187,9 @@ velocities = [[0, 0], [-0.2, 0]]
   const Real mu = 1e5 / 2.6, lambda = 1e5 * 0.3 / (1.3 * 0.4);
   const Real sigma = (mu * (stretch * stretch - 1) + lambda * std::log(stretch)) / stretch;
   EXPECT_NEAR(sim.solver().field(0, "stress").values[0], sigma, 1e-8 * std::abs(sigma));
-  // The work of one step is that of the force at its end.
+  // The work of one step is that of the mean of the forces at its start, 0, and at its end.
   const Real force = mu * (stretch - 1 / stretch) + lambda * std::log(stretch) / stretch;
-  EXPECT_NEAR(sim.solver().ledger().boundary_work, -0.1 * force, 1e-8 * std::abs(force));
+  EXPECT_NEAR(sim.solver().ledger().boundary_work, -0.05 * force, 1e-8 * std::abs(force));
 }
 
 TEST(ImplicitSolver, a_step_that_fails_is_cut_and_the_run_goes_on) {
