@@ -2,6 +2,7 @@
 
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include <chrono>
@@ -154,6 +155,16 @@ class PythonSimulation {
     require_between_steps();
     return make_array(solver().field(body, name));
   }
+  /// VTK's type of the cells of a body of elements, nodes per cell, nodes of all cells; nothing for particles.
+  std::tuple<int, Index, std::vector<Index>> cells(std::size_t body) const {
+    const BodyCells* const cells = solver().cells(body);
+    if (cells == nullptr) return {0, 0, {}};
+    return {cells->vtk_type, cells->nodes_per_cell, cells->nodes};
+  }
+  Array node_field(std::size_t body, const std::string& name) const {
+    require_between_steps();
+    return make_array(solver().node_field(body, name));
+  }
   void set_field(std::size_t body, const std::string& name, ConstArray values) {
     require_between_steps();
     simulation_.set_field(body, name, {values.data(), values.data() + values.size()});
@@ -285,6 +296,10 @@ void bind_simulation(nb::module_& m) {
           "field_names", [](const S& s, std::size_t body) { return s.solver().field_names(body); }, nb::arg("body"))
       .def("field", &S::field, nb::arg("body"), nb::arg("name"))
       .def("set_field", &S::set_field, nb::arg("body"), nb::arg("name"), nb::arg("values"))
+      .def("cells", &S::cells, nb::arg("body"))
+      .def(
+          "node_field_names", [](const S& s, std::size_t body) { return s.solver().node_field_names(body); }, nb::arg("body"))
+      .def("node_field", &S::node_field, nb::arg("body"), nb::arg("name"))
       .def("grid_fields", &S::grid_fields)
       .def("resolved", &S::resolved)
       .def("warnings", &S::warnings)

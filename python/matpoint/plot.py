@@ -22,6 +22,7 @@ from __future__ import annotations
 import argparse
 import functools
 import io
+import itertools
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -34,6 +35,8 @@ try:
     from matplotlib.colors import Colormap, ListedColormap, Normalize
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
+    from matplotlib.tri import Triangulation
+    from numpy.typing import NDArray
 except ImportError as missing:
     if __name__ != "__main__":
         raise
@@ -235,11 +238,28 @@ def color_scale(values: Floats) -> tuple[Normalize, str, str]:
     return Normalize(low, high), "viridis", extend
 
 
-def draw_particles(axes: Axes, scene: Scene, index: int, field: str, norm: Normalize, cmap: str | Colormap) -> list[tuple[Any, float]]:
-    """Draws all bodies at one written time. Returns the scatters with their particle sizes [m]."""
-    drawn = []
+def triangles_of(cells: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Triangles, shape (n, 3), that fill 2D cells: two of a cell with 4 nodes, eight around the middle of one with 9."""
+    if cells.shape[1] == 4:
+        return np.concatenate([cells[:, [0, 1, 2]], cells[:, [0, 2, 3]]])
+    around = [0, 4, 1, 5, 2, 6, 3, 7, 0]
+    return np.concatenate([cells[:, [a, b, 8]] for a, b in itertools.pairwise(around)])
+
+
+def draw_particles(
+    axes: Axes, scene: Scene, index: int, field: str, norm: Normalize, cmap: str | Colormap, as_points: bool = False
+) -> list[tuple[Any, float]]:
+    """Draws all bodies at one written time, cells of finite elements filled in 2D unless `as_points`.
+
+    Returns what was drawn: scatters with their particle sizes [m], filled cells with 0.
+    """
+    drawn: list[tuple[Any, float]] = []
     for body in scene.bodies.values():
         points, values = points_of(body, index, field, scene.dim)
+        if body.cells is not None and scene.dim == 2 and not as_points:
+            mesh = Triangulation(points[:, 0], points[:, 1], triangles_of(body.cells))
+            drawn.append((axes.tripcolor(mesh, values, norm=norm, cmap=cmap, shading="gouraud", rasterized=True), 0))
+            continue
         marker = "s" if scene.dim == 2 else "o"
         scatter = axes.scatter(points[:, 0], points[:, 1], c=values, norm=norm, cmap=cmap, marker=marker, linewidths=0, rasterized=True)
         drawn.append((scatter, particle_size(body, scene.dim)))
@@ -330,6 +350,8 @@ def size_markers(figure: Figure, drawn: list[tuple[Any, Any, float]]) -> None:
     """Gives every marker the size that its particle has in the picture, once the layout is known."""
     figure.canvas.draw()
     for axes, scatter, size in drawn:
+        if size == 0:
+            continue
         left, right = axes.get_xlim()
         points_per_meter = axes.get_window_extent().width / (right - left) * 72 / figure.dpi
         scatter.set_sizes([max(0.6, 1.02 * size * points_per_meter) ** 2])
@@ -423,7 +445,7 @@ def animate(results: Results, field: str, path: str | Path, *, frames_per_second
         axes.grid(False)
         axes.set(xlabel="x [m]" if results.dim == 2 else "", ylabel="y [m]" if results.dim == 2 else "", title=results.title)
         draw_grid_box(axes, results)
-        drawn = draw_particles(axes, results, 0, field, norm, cmap)
+        drawn = draw_particles(axes, results, 0, field, norm, cmap, as_points=True)
         size_markers(figure, [(axes, *item) for item in drawn])
         figure.set_layout_engine("none")  # laid out; doing so for each frame takes most of the time
 
@@ -441,15 +463,15 @@ def animate(results: Results, field: str, path: str | Path, *, frames_per_second
     return path
 
 
-def to_pyvista(body: BodyState | BodyFields, index: int = -1) -> pyvista.PolyData:
-    """The particles of a body with all their fields as a PyVista object.
+def to_pyvista(body: BodyState | BodyFields, index: int = -1) -> pyvista.DataSet:
+    """The particles of a body with all their fields as a PyVista object; the cells of a body of finite elements, with its nodes' fields.
 
     Args:
         body: A body of a simulation, or of a results folder.
         index: Which written time of a results folder; default: the last.
 
     Returns:
-        A point cloud: `to_pyvista(body).plot(scalars="pressure")`.
+        A point cloud (PolyData) or a mesh (UnstructuredGrid): `to_pyvista(body).plot(scalars="pressure")`.
 
     Raises:
         ImportError: The package pyvista is not installed.
@@ -458,10 +480,16 @@ def to_pyvista(body: BodyState | BodyFields, index: int = -1) -> pyvista.PolyDat
 
     source: Particles = body if isinstance(body, BodyFields) else LiveBody(body, 0.0, False)
     index = index % len(source.times)
-    cloud = pyvista.PolyData(np.asarray(source.positions(index), dtype=float))
+    positions = np.asarray(source.positions(index), dtype=float)
+    data: pyvista.DataSet
+    if source.cells is None:
+        data = pyvista.PolyData(positions)
+    else:
+        vtk_type = {4: 9, 9: 28, 8: 12, 27: 29}[source.cells.shape[1]]
+        data = pyvista.UnstructuredGrid({vtk_type: source.cells}, positions)
     for name in source.names:
-        cloud.point_data[name] = source.field(name, index)
-    return cloud
+        data.point_data[name] = source.field(name, index)
+    return data
 
 
 def png_of(figure: Figure) -> bytes:

@@ -90,7 +90,7 @@ def scalar_of(body: _HasFields, name: str, index: int) -> Floats:
 
 @dataclass
 class BodyFields:
-    """The particles of one body at all written times, read from the file on demand.
+    """The particles of one body at all written times, read from the file on demand; or the nodes of a body of finite elements.
 
     Attributes:
         name: The body's name.
@@ -98,6 +98,7 @@ class BodyFields:
         times: Written times [s], shape (n_times,).
         names: The fields in the file.
         is_fluid: Whether the body's material has a viscosity.
+        cells: Cells of a body of finite elements, shape (cells, nodes per cell), in VTK's order; None for particles.
     """
 
     name: str
@@ -105,6 +106,7 @@ class BodyFields:
     is_fluid: bool = False
     times: Floats = field(init=False)
     names: list[str] = field(init=False)
+    cells: NDArray[np.int64] | None = field(init=False)
     _offsets: NDArray[np.int64] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -117,6 +119,8 @@ class BodyFields:
                 self.times = root["Steps/Values"][:count]
                 self.names = sorted(root["PointData"])
                 begins = root["Steps/PointOffsets"][:count]
+                is_mesh = len(root["Types"]) > 0 and root["Types"][0] != 1
+                self.cells = root["Connectivity"][...].reshape(len(root["Types"]), -1).astype(np.int64) if is_mesh else None
                 sizes = root["NumberOfPoints"][...][root["Steps/PartOffsets"][:count]] if count else begins
         except (OSError, KeyError) as error:
             raise ResultsError(f'"{self.path}" is not a VTKHDF file of matpoint: {error}') from error

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from matpoint.results import Floats, Results, ResultsError, did_you_mean, scalar_of
 
@@ -23,9 +24,10 @@ class Particles(Protocol):
     times: Floats
     names: list[str]
     is_fluid: bool
+    cells: NDArray[np.int64] | None
 
     def positions(self, index: int) -> Floats:
-        """Positions [m], shape (n, 3)."""
+        """Positions [m], shape (n, 3); of the nodes where there are cells."""
 
     def field(self, name: str, index: int) -> Floats:
         """A field, shape (n,) or (n, components)."""
@@ -55,20 +57,24 @@ class LiveBody:
     def __init__(self, state: BodyState, time: float, is_fluid: bool) -> None:
         self.name = state.name
         self.times = np.array([time])
-        self.names = [name for name in state.fields if name != "position"]
+        self.cells = state.cells
+        self.names = [name for name in (state.fields if self.cells is None else state.node_fields) if name != "position"]
         self.is_fluid = is_fluid
         self._state = state
 
+    def _read(self, name: str) -> Floats:
+        return np.asarray(self._state.field(name) if self.cells is None else self._state.node_field(name))
+
     def positions(self, index: int) -> Floats:
         """Positions [m], shape (n, 3)."""
-        x = np.asarray(self._state.position)
+        x = self._read("position")
         return np.pad(x, ((0, 0), (0, 3 - x.shape[1])))
 
     def field(self, name: str, index: int) -> Floats:
         """A field, shape (n,) or (n, components), as files have it. Raises ResultsError."""
         if name not in self.names:
             raise ResultsError(f'body "{self.name}" has no field "{name}", it has: {", ".join(self.names)}{did_you_mean(name, self.names)}')
-        values = np.asarray(self._state.field(name))
+        values = self._read(name)
         if values.ndim == 3:
             return values.reshape(len(values), 9)[:, [0, 4, 8, 1, 5, 2]] if name == "stress" else values.reshape(len(values), 9)
         return np.pad(values, ((0, 0), (0, 1))) if values.ndim == 2 and values.shape[1] == 2 else values

@@ -222,8 +222,33 @@ class BodyState:
         """Ids, ascending, shape (n,); with removed particles there are gaps."""
         return np.asarray(self.field("id")).astype(np.int64)
 
-    def to_pyvista(self) -> pyvista.PolyData:
-        """The particles with all fields as a PyVista object, for `.plot()`. Raises ImportError without the package pyvista."""
+    @property
+    def cells(self) -> NDArray[np.int64] | None:
+        """Cells of a body of finite elements, shape (cells, nodes per cell): rows of `node_field`, in VTK's order. None for particles."""
+        _, per_cell, nodes = self._simulation._core.cells(self._index)
+        return np.array(nodes, dtype=np.int64).reshape(-1, per_cell) if per_cell else None
+
+    @property
+    def node_fields(self) -> list[str]:
+        """Names of the fields that a body of finite elements has at its nodes; none for particles."""
+        return list(self._simulation._core.node_field_names(self._index))
+
+    def node_field(self, name: str) -> Floats:
+        """A field at the nodes of a body of finite elements, shape (nodes,), (nodes, dim) or (nodes, 3, 3).
+
+        Position, displacement and velocity are the nodes' own; the others are extended from the Gauss points of each cell (`field` has
+        them there) and averaged where cells meet.
+
+        Raises:
+            InputError: The body consists of particles, or has no such field.
+        """
+        return np.asarray(self._simulation._core.node_field(self._index, name))
+
+    def to_pyvista(self) -> pyvista.DataSet:
+        """The particles, or the cells of finite elements, with all fields as a PyVista object, for `.plot()`.
+
+        Raises ImportError without the package pyvista.
+        """
         from matpoint import plot
 
         return plot.to_pyvista(self)

@@ -54,6 +54,17 @@ FemBody<Dim>::FemBody(const BodySpec& spec, const Basis<Dim>& basis)
     for (Index k = 0; k < functions_; ++k) has_node_[static_cast<std::size_t>(basis.cell_nodes(cell)[k])] = true;
   }
   if (cells_.empty()) throw InputError("{}: its region contains no cell of the grid; make it larger or the cells smaller", place_of(spec));
+  std::vector<Index> row_of_node(n, -1);
+  for (std::size_t node = 0; node < n; ++node) {
+    if (!has_node_[node]) continue;
+    row_of_node[node] = static_cast<Index>(nodes_of_body_.size());
+    nodes_of_body_.push_back(static_cast<Index>(node));
+    undeformed_.push_back(basis.node_position(static_cast<Index>(node)));
+  }
+  for (const Index cell : cells_) {
+    for (Index k = 0; k < functions_; ++k) cell_rows_.push_back(row_of_node[static_cast<std::size_t>(basis.cell_nodes(cell)[k])]);
+  }
+  output_cells_ = make_cells();
   if (spec.velocity) {
     for (std::size_t node = 0; node < n; ++node) {
       if (!has_node_[node]) continue;
@@ -97,7 +108,11 @@ void FemBody<Dim>::interpolate_motion() {
   }
 }
 
-template class FemBody<2>;
-template class FemBody<3>;
+template FemBody<2>::FemBody(const BodySpec&, const Basis<2>&);
+template FemBody<3>::FemBody(const BodySpec&, const Basis<3>&);
+template std::vector<ElementFace> FemBody<2>::outer_faces(const Basis<2>&, const std::vector<bool>&) const;
+template std::vector<ElementFace> FemBody<3>::outer_faces(const Basis<3>&, const std::vector<bool>&) const;
+template void FemBody<2>::interpolate_motion();
+template void FemBody<3>::interpolate_motion();
 
 }  // namespace matpoint

@@ -35,11 +35,24 @@ class FemBody {
   /// Velocities and accelerations at the Gauss points from those at the nodes.
   void interpolate_motion();
 
+  // For output (fem_body_fields.cpp): fields by the body's own nodes.
+  const BodyCells& cells_for_output() const { return output_cells_; }
+  std::vector<std::string> node_field_names() const;
+  /// Throws InputError for a name that is none of these.
+  Field node_field(const std::string& name, std::size_t body) const;
+
  private:
+  BodyCells make_cells() const;
+  Field extended_to_nodes(const Field& at_points) const;
+
   PointBody<Dim> points_;
   std::vector<Index> cells_;
   std::vector<ElementPoint<Dim>> places_;
   std::vector<bool> has_node_;
+  std::vector<Index> nodes_of_body_;  ///< Its nodes in the mesh, ascending.
+  std::vector<Vec<Dim>> undeformed_;  ///< Where these were at the start [m].
+  std::vector<Index> cell_rows_;      ///< Of each cell, functions() rows of nodes_of_body_.
+  BodyCells output_cells_;
   Index functions_;
   std::vector<Index> nodes_;  ///< Of each Gauss point, `functions` numbers.
   std::vector<Real> N_;

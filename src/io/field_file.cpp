@@ -1,5 +1,7 @@
 #include "io/field_file.hpp"
 
+#include <numeric>
+
 namespace matpoint {
 
 Field pad_vector(Field field) {
@@ -10,6 +12,14 @@ Field pad_vector(Field field) {
   field.components = 3;
   field.values = std::move(padded);
   return field;
+}
+
+BodyCells cells_or_vertices(const BodyCells* cells, Index points) {
+  if (cells != nullptr) return *cells;
+  BodyCells vertices;
+  vertices.nodes.resize(static_cast<std::size_t>(points));
+  std::iota(vertices.nodes.begin(), vertices.nodes.end(), 0);
+  return vertices;
 }
 
 Number stored_number(const std::string& field, Number real) { return field == "id" || field == "body" ? Number::int64 : real; }

@@ -64,16 +64,25 @@ void add_units(Input& table, const std::vector<HistoryColumn>& columns) {
   }
 }
 
-FieldSet particles_of(const Snapshot& now, std::size_t body, const std::vector<std::string>& names) {
-  FieldSet set{now.time, pad_vector(now.solver.field(body, "position")).values, {}};
-  for (const std::string& name : names) set.fields.push_back(pad_vector(now.solver.field(body, name)));
+/// What a body's file shows: fields of its particles, or of its nodes where it consists of finite elements.
+std::vector<std::string> written_names(const Solver& solver, std::size_t body) {
+  return solver.cells(body) != nullptr ? solver.node_field_names(body) : solver.field_names(body);
+}
+
+Field written_field(const Solver& solver, std::size_t body, const std::string& name) {
+  return pad_vector(solver.cells(body) != nullptr ? solver.node_field(body, name) : solver.field(body, name));
+}
+
+FieldSet fields_of(const Snapshot& now, std::size_t body, const std::vector<std::string>& names) {
+  FieldSet set{now.time, written_field(now.solver, body, "position").values, {}, now.solver.cells(body)};
+  for (const std::string& name : names) set.fields.push_back(written_field(now.solver, body, name));
   return set;
 }
 
 void check_fields(const Case& problem, const Solver& solver) {
   std::vector<std::string> known;
   for (std::size_t b = 0; b < solver.body_count(); ++b) {
-    for (const std::string& name : solver.field_names(b)) {
+    for (const std::string& name : written_names(solver, b)) {
       if (!has(known, name)) known.push_back(name);
     }
   }
@@ -155,11 +164,11 @@ void ResultsFolder::choose_fields(const Snapshot& start) {
   manifest_.field_units = Input::table();
   for (std::size_t b = 0; b < start.solver.body_count(); ++b) {
     Writers& writers = bodies_.emplace_back();
-    for (const std::string& name : start.solver.field_names(b)) {
+    for (const std::string& name : written_names(start.solver, b)) {
       // The points' coordinates are always written.
       if (name != "position" && (wanted.empty() || has(wanted, name))) {
         writers.fields.push_back(name);
-        manifest_.field_units.set(name, Input::string(start.solver.field(b, name).unit));
+        manifest_.field_units.set(name, Input::string(written_field(start.solver, b, name).unit));
       }
     }
   }
@@ -247,10 +256,10 @@ void ResultsFolder::write_fields(const Snapshot& now) {
   fields->time = now.time;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const bool is_wanted = bodies_[b].hdf || bodies_[b].vtu;
-    fields->particles.push_back(is_wanted ? particles_of(now, b, bodies_[b].fields) : FieldSet{});
+    fields->particles.push_back(is_wanted ? fields_of(now, b, bodies_[b].fields) : FieldSet{});
   }
   if (grid_hdf_ || grid_vtu_) {
-    fields->nodes.emplace(FieldSet{now.time, {}, {}});
+    fields->nodes.emplace(FieldSet{now.time, {}, {}, nullptr});
     for (Field& field : now.solver.grid_fields()) fields->nodes->fields.push_back(pad_vector(std::move(field)));
   }
   taken_step_ = now.step;

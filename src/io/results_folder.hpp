@@ -63,7 +63,7 @@ class ResultsFolder {
  private:
   struct Writers {
     std::vector<std::string> fields;
-    std::optional<VtkHdfParticles> hdf;
+    std::optional<VtkHdfBody> hdf;
     std::optional<VtuSeries> vtu;
   };
 

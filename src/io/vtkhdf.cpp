@@ -1,7 +1,7 @@
 // Layout of the particles' file (n_t particles at time t, all times one after the other):
 //
 //   VTKHDF/Points, VTKHDF/PointData/<field>            (sum of n_t, components)
-//   VTKHDF/{Connectivity, Offsets, Types}              one topology per part: vertices 0..n-1
+//   VTKHDF/{Connectivity, Offsets, Types}              one topology per part: vertices 0..n-1, or the cells of a body of elements
 //   VTKHDF/{NumberOfPoints, NumberOfCells, NumberOfConnectivityIds}    one entry per part
 //   VTKHDF/Steps/{Values, PartOffsets, PointOffsets, ...}              one entry per time: where its part and its points begin
 //   VTKHDF/Steps/PointDataOffsets/<field>
@@ -59,7 +59,7 @@ class Append {
 
 }  // namespace
 
-void VtkHdfParticles::create(const FieldSet& first) {
+void VtkHdfBody::create(const FieldSet& first) {
   const Index chunk = particle_chunk(static_cast<Index>(first.position.size() / 3));
   datasets_ = {{"VTKHDF/Points", real_, {3}, {chunk, 3}},
                list("VTKHDF/Connectivity", Number::int64, chunk),
@@ -87,36 +87,38 @@ void VtkHdfParticles::create(const FieldSet& first) {
               {{"VTKHDF", "Version", std::vector<Index>{2, 0}}, {"VTKHDF", "Type", std::string("UnstructuredGrid")}, step_count(0)});
 }
 
-void VtkHdfParticles::write(const FieldSet& particles) {
+void VtkHdfBody::write(const FieldSet& particles) {
   if (datasets_.empty()) create(particles);
   const auto n = static_cast<Index>(particles.position.size() / 3);
   const bool has_new_part = n != part_size_;
   const Index part = has_new_part ? part_count_ : part_count_ - 1;
-  const Index part_begin = has_new_part ? part_begin_ + std::max<Index>(part_size_, 0) : part_begin_;
 
   Append append(datasets_);
-  const std::vector<Index> size{n};
-  std::vector<Index> sequence(static_cast<std::size_t>(n) + 1);
-  std::iota(sequence.begin(), sequence.end(), 0);
-  const std::vector<Index> connectivity(sequence.begin(), sequence.end() - 1);
-  const std::vector<Index> types(static_cast<std::size_t>(n), 1);  // VTK_VERTEX
+  const BodyCells cells = has_new_part ? cells_or_vertices(particles.cells, n) : BodyCells{};
+  const auto entries = static_cast<Index>(cells.nodes.size());
+  const Index cell_count = entries / cells.nodes_per_cell;
+  std::vector<Index> offsets;
+  for (Index cell = 0; cell <= cell_count; ++cell) offsets.push_back(cell * cells.nodes_per_cell);
+  const std::vector<Index> types(static_cast<std::size_t>(cell_count), cells.vtk_type);
+  const std::array<std::vector<Index>, 3> sizes = {std::vector<Index>{n}, {cell_count}, {entries}};
   if (has_new_part) {
-    for (const char* name : k_part_counts) append.add(name, size);
-    append.add("VTKHDF/Connectivity", connectivity);
-    append.add("VTKHDF/Offsets", sequence);
+    for (std::size_t i = 0; i < k_part_counts.size(); ++i) append.add(k_part_counts[i], sizes[i]);
+    append.add("VTKHDF/Connectivity", cells.nodes);
+    append.add("VTKHDF/Offsets", offsets);
     append.add("VTKHDF/Types", types);
   }
   const std::vector<Real> time{particles.time};
   const std::vector<Index> one{1};
   const std::vector<Index> part_offset{part};
-  const std::vector<Index> cell_offset{part_begin};
+  const std::vector<Index> cell_offset{has_new_part ? cells_ : cell_begin_};
+  const std::vector<Index> connectivity_offset{has_new_part ? connectivity_ : connectivity_begin_};
   const std::vector<Index> point_offset{point_count_};
   append.add("VTKHDF/Steps/Values", time);
   append.add("VTKHDF/Steps/NumberOfParts", one);
   append.add("VTKHDF/Steps/PartOffsets", part_offset);
   append.add("VTKHDF/Steps/PointOffsets", point_offset);
   append.add("VTKHDF/Steps/CellOffsets", cell_offset);
-  append.add("VTKHDF/Steps/ConnectivityIdOffsets", cell_offset);
+  append.add("VTKHDF/Steps/ConnectivityIdOffsets", connectivity_offset);
   append.add("VTKHDF/Points", particles.position);
   for (const Field& field : particles.fields) {
     append.add(k_point_data + field.name, field.values);
@@ -127,8 +129,12 @@ void VtkHdfParticles::write(const FieldSet& particles) {
   ++step_count_;
   point_count_ += n;
   part_count_ = part + 1;
-  part_begin_ = part_begin;
   part_size_ = n;
+  if (!has_new_part) return;
+  cell_begin_ = cells_;
+  connectivity_begin_ = connectivity_;
+  cells_ += cell_count;
+  connectivity_ += entries;
 }
 
 void VtkHdfImage::create(const FieldSet& first) {

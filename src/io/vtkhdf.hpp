@@ -6,11 +6,11 @@
 
 namespace matpoint {
 
-/// The particles of one body, as an unstructured grid of vertices.
-class VtkHdfParticles {
+/// The particles of one body, as an unstructured grid of vertices; or a body of finite elements with its cells.
+class VtkHdfBody {
  public:
   /// `real`: how real numbers are stored; `compression`: gzip level of the fields, 0 for none. The file is made by the first write.
-  VtkHdfParticles(std::filesystem::path path, Number real, int compression = 0)
+  VtkHdfBody(std::filesystem::path path, Number real, int compression = 0)
       : path_(std::move(path)), real_(real), compression_(compression) {}
 
   /// Appends one time. The number of particles may change from call to call, the fields may not. Throws SolverError, and what was
@@ -26,10 +26,13 @@ class VtkHdfParticles {
   std::vector<Hdf5Dataset> datasets_;
   Index step_count_ = 0;
   Index point_count_ = 0;  ///< Points of all times so far.
-  // A part is a topology (one vertex per particle); times with the same number of particles share it.
+  // A part is a topology; times with the same number of points share it.
   Index part_count_ = 0;
   Index part_size_ = -1;
-  Index part_begin_ = 0;
+  Index cell_begin_ = 0;          ///< Of the present part,
+  Index connectivity_begin_ = 0;  ///< and its first entry of Connectivity.
+  Index cells_ = 0;               ///< Of all parts so far.
+  Index connectivity_ = 0;
 };
 
 /// The nodes of the grid, as an image.

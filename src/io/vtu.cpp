@@ -4,7 +4,6 @@
 
 #include <bit>
 #include <cstring>
-#include <numeric>
 
 #include "io/output_file.hpp"
 
@@ -92,15 +91,16 @@ std::string time_value(Real time) {
 
 std::string vtu_text(const FieldSet& particles, Number real) {
   const std::size_t n = particles.position.size() / 3;
-  std::vector<Index> sequence(n + 1);
-  std::iota(sequence.begin(), sequence.end(), 0);
+  const BodyCells cells = cells_or_vertices(particles.cells, static_cast<Index>(n));
+  std::vector<Index> ends;
+  for (Index end = cells.nodes_per_cell; end <= static_cast<Index>(cells.nodes.size()); end += cells.nodes_per_cell) ends.push_back(end);
   Arrays arrays;
-  std::string text =
-      fmt::format("<UnstructuredGrid>\n{}<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n<Points>\n", time_value(particles.time), n, n);
+  std::string text = fmt::format("<UnstructuredGrid>\n{}<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n<Points>\n",
+                                 time_value(particles.time), n, ends.size());
   text += arrays.add("Points", real, 3, particles.position) + "</Points>\n<Cells>\n";
-  text += arrays.add("connectivity", Number::int64, 1, std::vector<Index>(sequence.begin(), sequence.end() - 1));
-  text += arrays.add("offsets", Number::int64, 1, std::vector<Index>(sequence.begin() + 1, sequence.end()));
-  text += arrays.add("types", Number::uint8, 1, std::vector<Index>(n, 1)) + "</Cells>\n";  // VTK_VERTEX
+  text += arrays.add("connectivity", Number::int64, 1, cells.nodes);
+  text += arrays.add("offsets", Number::int64, 1, ends);
+  text += arrays.add("types", Number::uint8, 1, std::vector<Index>(ends.size(), cells.vtk_type)) + "</Cells>\n";
   text += arrays.point_data(particles, real) + "</Piece>\n</UnstructuredGrid>\n";
   return arrays.file("UnstructuredGrid", text);
 }

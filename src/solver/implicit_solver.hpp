@@ -51,6 +51,11 @@ class ImplicitSolver final : public Solver {
   std::vector<std::string> field_names(std::size_t body) const override;
   Field field(std::size_t body, const std::string& name) const override { return sources_[body].points->field(name, body); }
   void set_field(std::size_t body, const std::string& name, const std::vector<Real>& values) override;
+  const BodyCells* cells(std::size_t body) const override {
+    return sources_[body].fem != nullptr ? &sources_[body].fem->cells_for_output() : nullptr;
+  }
+  std::vector<std::string> node_field_names(std::size_t body) const override;
+  Field node_field(std::size_t body, const std::string& name) const override;
   std::vector<Field> grid_fields() const override { return {}; }
   BodyTotals totals(std::size_t body) const override { return sources_[body].points->totals(gravity_on(body)); }
   const Ledger& ledger() const override { return ledger_; }

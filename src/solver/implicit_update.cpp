@@ -243,6 +243,16 @@ std::vector<std::string> ImplicitSolver<Dim>::field_names(std::size_t) const {
 }
 
 template <int Dim>
+std::vector<std::string> ImplicitSolver<Dim>::node_field_names(std::size_t body) const {
+  return sources_[body].fem != nullptr ? sources_[body].fem->node_field_names() : std::vector<std::string>{};
+}
+
+template <int Dim>
+Field ImplicitSolver<Dim>::node_field(std::size_t body, const std::string& name) const {
+  return sources_[body].fem != nullptr ? sources_[body].fem->node_field(name, body) : Solver::node_field(body, name);
+}
+
+template <int Dim>
 void ImplicitSolver<Dim>::set_field(std::size_t s, const std::string& name, const std::vector<Real>& values) {
   PointBody<Dim>& body = *sources_[s].points;
   if (sources_[s].fem != nullptr) {

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "case/case.hpp"
+#include "core/error.hpp"
 #include "core/profile.hpp"
 #include "core/types.hpp"
 
@@ -75,6 +76,13 @@ struct StepNumber {
   Real value = 0;
 };
 
+/// The cells of a body of finite elements, for output.
+struct BodyCells {
+  int vtk_type = 1;  ///< VTK's number of their shape; 1 is a vertex.
+  Index nodes_per_cell = 1;
+  std::vector<Index> nodes;  ///< Of each cell, in VTK's order: rows of the body's nodal fields.
+};
+
 /// The grid's nodes as a whole, for output.
 struct GridGeometry {
   Vec3 lower{};
@@ -108,6 +116,14 @@ class Solver {
   /// Assigns a field of all particles, shaped as field() gives it: position, velocity or deformation_gradient. Throws InputError for other
   /// fields, with the reason, and for values that no particle can have; then nothing has changed.
   virtual void set_field(std::size_t body, const std::string& name, const std::vector<Real>& values) = 0;
+  /// The cells of a body of finite elements; null for a body of particles.
+  virtual const BodyCells* cells(std::size_t) const { return nullptr; }
+  /// Names of the fields that such a body has at its nodes: position displacement velocity stress ...
+  virtual std::vector<std::string> node_field_names(std::size_t) const { return {}; }
+  /// A field at the nodes of a body of finite elements. Throws InputError for another name or body.
+  virtual Field node_field(std::size_t body, const std::string&) const {
+    throw InputError("body \"{}\" consists of particles and has no nodes of its own", body_name(body));
+  }
   /// Nodal mass and velocity of the last step, x fastest.
   virtual std::vector<Field> grid_fields() const = 0;
 

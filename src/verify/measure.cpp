@@ -35,9 +35,7 @@ Vec3 momentum(const Simulation& sim) {
   return sum;
 }
 
-Real transfer_loss(const Simulation& sim) {
-  return sim.initial_energy() - energy(sim) - sim.solver().ledger().energy_spent();
-}
+Real transfer_loss(const Simulation& sim) { return sim.initial_energy() - energy(sim) - sim.solver().ledger().energy_spent(); }
 
 Real momentum_remainder(const Simulation& sim) {
   const Ledger& ledger = sim.solver().ledger();

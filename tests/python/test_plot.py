@@ -41,6 +41,8 @@ def write_fields(path, positions, fields, times, sizes=None):
         root = file.create_group("VTKHDF")
         root["Points"] = np.concatenate([positions[:n] + 0.01 * k for k, n in enumerate(sizes)])
         root["NumberOfPoints"] = np.array(sizes)
+        root["Types"] = np.ones(sum(sizes), dtype=np.uint8)
+        root["Connectivity"] = np.concatenate([np.arange(n) for n in sizes])
         steps = root.create_group("Steps")
         steps.attrs["NSteps"] = len(times)
         steps["Values"] = times

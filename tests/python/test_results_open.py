@@ -160,3 +160,83 @@ def test_pyvista_reads_both_formats(results):
     reader.set_active_time_point(5)
     last = reader.read()[0]
     np.testing.assert_array_equal(last.points, points(list(results.hdf(body))[-1][1]))
+
+
+ELEMENTS = """
+dim = {dim}
+[grid]
+lower = {lower}
+upper = {upper}
+cells = {cells}
+[time]
+end = 1
+dt = 0.5
+[solver]
+type = "implicit"
+basis = "element"
+element_order = {order}
+mode = "static"
+[output]
+precision = "double"
+formats = ["vtkhdf", "vtu"]
+fields_every = 0.5
+[[body]]
+name = "block"
+method = "elements"
+region = {{ type = "box", lower = {lower}, upper = {upper} }}
+material = {{ type = "neo_hookean", density = 1, youngs_modulus = 1000, poissons_ratio = 0.3 }}
+[[boundary]]
+side = "left"
+[[boundary]]
+side = "bottom"
+{more}
+[[boundary]]
+side = "right"
+kind = "traction"
+traction = {traction}
+"""
+
+
+@pytest.mark.parametrize(
+    ("dim", "order", "cell_type"),
+    [(2, 1, "VTK_QUAD"), (2, 2, "VTK_BIQUADRATIC_QUAD"), (3, 1, "VTK_HEXAHEDRON"), (3, 2, "VTK_TRIQUADRATIC_HEXAHEDRON")],
+)
+def test_a_body_of_elements_opens_as_its_cells(program, tmp_path, dim, order, cell_type):
+    lower, upper, cells = [1.0, -2.0, 0.5][:dim], [3.0, -1.0, 2.0][:dim], [4, 3, 2][:dim]
+    traction = [100.0, 0.0, 0.0][:dim]
+    more = '[[boundary]]\nside = "front"\n' if dim == 3 else ""
+    case = tmp_path / "block.toml"
+    case.write_text(
+        ELEMENTS.format(dim=dim, order=order, lower=lower, upper=upper, cells=cells, traction=traction, more=more), encoding="utf-8"
+    )
+    run = subprocess.run([program, "run", str(case), "--out", str(tmp_path / "out")], capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr
+    results = Results(tmp_path / "out")
+    hdf, series = list(results.hdf("block")), list(results.series("block"))
+    assert [time for time, _ in hdf] == [time for time, _ in series] == [0, 0.5, 1]
+    size = (np.array(upper) - lower) / cells
+    for (_, data), (_, same) in zip(hdf, series):
+        assert data.GetNumberOfCells() == same.GetNumberOfCells() == np.prod(cells)
+        fields = arrays(data)
+        for name, values in arrays(same).items():
+            np.testing.assert_array_equal(values, fields[name])
+        start = points(data) - fields["displacement"]
+        for k in range(data.GetNumberOfCells()):
+            cell = data.GetCell(k)
+            assert cell.GetCellType() == same.GetCell(k).GetCellType() == getattr(vtk, cell_type)
+            ids = [cell.GetPointId(i) for i in range(cell.GetNumberOfPoints())]
+            # Where VTK has the nodes of such a cell is where ours are, undeformed.
+            parametric = np.array(cell.GetParametricCoords()).reshape(-1, 3)[: len(ids), :dim]
+            local = start[ids][:, :dim]
+            np.testing.assert_allclose(local, local.min(axis=0) + parametric * size, atol=1e-12)
+    # Uniform stress at the end: the nodes have that of the Gauss points, and the traction is P_xx = J sigma_xx / F_xx.
+    _, data = hdf[-1]
+    fields = arrays(data)
+    assert {"id", "mass", "volume"}.isdisjoint(fields)
+    F_xx = fields["deformation_gradient"].reshape(-1, 9)[:, 0]
+    np.testing.assert_allclose(fields["J"] * fields["stress"][:, 0] / F_xx, 100, rtol=1e-9)
+    np.testing.assert_allclose(
+        fields["displacement"][:, 0], (F_xx - 1) * (points(data) - fields["displacement"] - lower[0])[:, 0], atol=1e-10
+    )
+    # history.csv's greatest stress is that of the Gauss points.
+    np.testing.assert_allclose(fields["von_mises"], results.history[1.0]["von_mises_max"], rtol=1e-9)

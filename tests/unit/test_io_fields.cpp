@@ -64,7 +64,7 @@ FieldSet make_particles(Index n, Real time) {
 TEST(VtkHdf, times_stand_one_after_the_other_with_their_offsets) {
   const TemporaryFolder folder;
   const auto path = folder.path() / "body.vtkhdf";
-  VtkHdfParticles file(path, Number::float64);
+  VtkHdfBody file(path, Number::float64);
   file.write(make_particles(3, 0));
   file.write(make_particles(3, 0.5));
   EXPECT_EQ(read_step_count(path), 2);
@@ -82,7 +82,7 @@ TEST(VtkHdf, times_stand_one_after_the_other_with_their_offsets) {
 TEST(VtkHdf, topology_is_shared_until_the_number_of_particles_changes) {
   const TemporaryFolder folder;
   const auto path = folder.path() / "body.vtkhdf";
-  VtkHdfParticles file(path, Number::float32);
+  VtkHdfBody file(path, Number::float32);
   const std::vector<Index> counts = {3, 3, 2, 2, 0, 1};
   for (std::size_t k = 0; k < counts.size(); ++k) file.write(make_particles(counts[k], static_cast<Real>(k)));
   EXPECT_THAT(read_hdf5(path, "VTKHDF/NumberOfPoints"), ElementsAre(3, 2, 0, 1));
@@ -96,7 +96,7 @@ TEST(VtkHdf, topology_is_shared_until_the_number_of_particles_changes) {
 
 TEST(VtkHdf, single_precision_rounds_reals_and_keeps_ids) {
   const TemporaryFolder folder;
-  VtkHdfParticles file(folder.path() / "body.vtkhdf", Number::float32);
+  VtkHdfBody file(folder.path() / "body.vtkhdf", Number::float32);
   FieldSet set = make_particles(1, 0.1);
   set.fields[0].values[0] = 16777217;  // 2^24 + 1 is no float
   file.write(set);
@@ -108,7 +108,7 @@ TEST(VtkHdf, single_precision_rounds_reals_and_keeps_ids) {
 TEST(VtkHdf, full_disk_leaves_the_times_before_readable) {
   const TemporaryFolder folder;
   const auto path = folder.path() / "body.vtkhdf";
-  VtkHdfParticles file(path, Number::float64);
+  VtkHdfBody file(path, Number::float64);
   constexpr Index k_count = 20000;
   file.write(make_particles(k_count, 0));
   file.write(make_particles(k_count, 1));
@@ -134,7 +134,7 @@ TEST(VtkHdf, reserved_space_is_enough_and_is_given_back) {
   const TemporaryFolder folder;
   for (const Index n : {Index{1}, Index{700}, Index{70000}}) {
     const auto path = folder.path() / fmt::format("{}.vtkhdf", n);
-    VtkHdfParticles file(path, Number::float32);
+    VtkHdfBody file(path, Number::float32);
     file.write(make_particles(n, 0));
     const auto before = std::filesystem::file_size(path);
     file.write(make_particles(n, 1));
@@ -147,7 +147,7 @@ TEST(VtkHdf, reserved_space_is_enough_and_is_given_back) {
 TEST(VtkHdf, many_times_of_a_small_body_stay_small_and_readable) {
   const TemporaryFolder folder;
   const auto path = folder.path() / "body.vtkhdf";
-  VtkHdfParticles file(path, Number::float32);
+  VtkHdfBody file(path, Number::float32);
   for (int k = 0; k < 600; ++k) file.write(make_particles(5, k));
   const auto times = read_hdf5(path, "VTKHDF/Steps/Values");
   ASSERT_EQ(times.size(), 600u);
@@ -161,8 +161,8 @@ TEST(VtkHdf, compression_keeps_every_bit_and_saves_room) {
   const TemporaryFolder folder;
   const auto plain_path = folder.path() / "plain.vtkhdf";
   const auto small_path = folder.path() / "small.vtkhdf";
-  VtkHdfParticles plain(plain_path, Number::float64);
-  VtkHdfParticles small(small_path, Number::float64, 4);
+  VtkHdfBody plain(plain_path, Number::float64);
+  VtkHdfBody small(small_path, Number::float64, 4);
   for (int k = 0; k < 5; ++k) {
     plain.write(make_particles(1000, k));
     small.write(make_particles(1000, k));
@@ -177,7 +177,7 @@ TEST(VtkHdf, compression_keeps_every_bit_and_saves_room) {
 TEST(VtkHdf, missing_file_is_a_solver_error) {
   const TemporaryFolder folder;
   const auto path = folder.path() / "body.vtkhdf";
-  VtkHdfParticles file(path, Number::float32);
+  VtkHdfBody file(path, Number::float32);
   file.write(make_particles(2, 0));
   std::filesystem::remove(path);
   EXPECT_THAT(message_of<SolverError>([&] { file.write(make_particles(2, 1)); }), HasSubstr("body.vtkhdf\": No such file or directory"));
@@ -186,7 +186,7 @@ TEST(VtkHdf, missing_file_is_a_solver_error) {
 TEST(VtkHdf, damaged_file_is_a_solver_error_without_noise) {
   const TemporaryFolder folder;
   const auto path = folder.path() / "body.vtkhdf";
-  VtkHdfParticles file(path, Number::float32);
+  VtkHdfBody file(path, Number::float32);
   file.write(make_particles(2, 0));
   std::filesystem::resize_file(path, 10);
   testing::internal::CaptureStderr();
