@@ -35,7 +35,10 @@ class ElementBasis final : public Basis<Dim> {
       const std::vector<Real>& line = lines_[d];
       if (!(x[d] >= line.front() && x[d] <= line.back())) return std::nullopt;
       const auto cells = static_cast<Index>(line.size()) - 1;
-      const Index cell = std::min<Index>(std::upper_bound(line.begin(), line.end(), x[d]) - line.begin() - 1, cells - 1);
+      Index cell = std::min<Index>(std::upper_bound(line.begin(), line.end(), x[d]) - line.begin() - 1, cells - 1);
+      // On the upper face but for rounding: as Mesh::locate has it.
+      const Real end = line[static_cast<std::size_t>(cell) + 1];
+      if (cell < cells - 1 && end - x[d] <= 0.5 * k_on_face * (end - line[static_cast<std::size_t>(cell)])) ++cell;
       const Real low = line[static_cast<std::size_t>(cell)];
       const Real high = line[static_cast<std::size_t>(cell) + 1];
       point.element = point.element * cells + cell;

@@ -29,7 +29,8 @@ class Basis {
   /// Whether a node's value is the field's value at its position.
   virtual bool is_interpolating() const = 0;
 
-  /// The cell with x and the place in it; nothing outside. Cells are half open, a point on a face belongs to the one above it.
+  /// The cell with x and the place in it; nothing outside. Cells are half open, a point on a face (but for rounding)
+  /// belongs to the one above it.
   virtual std::optional<ElementPoint<Dim>> locate(const Vec<Dim>& x) const = 0;
   /// The same from a cell near it, on a background that may have been moved; barred cells are not entered (Mesh::locate).
   virtual std::optional<ElementPoint<Dim>> locate_from(const Vec<Dim>& x, Index cell, const std::vector<bool>& is_barred) const = 0;

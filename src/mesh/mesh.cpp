@@ -239,11 +239,23 @@ Vec<Dim> Mesh<Dim>::position(const ElementPoint<Dim>& point) const {
   return x;
 }
 
+/// The element itself, or a neighbour with a greater number on whose face the point is.
+template <int Dim>
+Index Mesh<Dim>::owner_of(const ElementPoint<Dim>& point, const std::vector<bool>* is_barred) const {
+  Index owner = point.element;
+  for (std::size_t d = 0; d < Dim; ++d) {
+    if (std::abs(point.xi[d]) < 1 - k_on_face) continue;
+    const Index other = neighbour(point.element, static_cast<int>(d), point.xi[d] > 0);
+    if (is_barred != nullptr && other >= 0 && (*is_barred)[static_cast<std::size_t>(other)]) continue;
+    owner = std::max(owner, other);
+  }
+  return owner;
+}
+
 template <int Dim>
 std::optional<ElementPoint<Dim>> Mesh<Dim>::locate(const Vec<Dim>& x, Index guess, const std::vector<bool>* is_barred) const {
   constexpr Real k_converged = 1e-13;
   constexpr Real k_nearly_converged = 1e-9;  // and no longer falling: far from the origin rounding ends it sooner
-  constexpr Real k_outside = 1e-10;
   constexpr int k_iterations = 30;
   const int hops_max = 4 + static_cast<int>(2 * element_count());  // more than any way without a loop
   ElementPoint<Dim> point{guess, {}};
@@ -279,8 +291,14 @@ std::optional<ElementPoint<Dim>> Mesh<Dim>::locate(const Vec<Dim>& x, Index gues
     for (std::size_t d = 1; d < Dim; ++d) {
       if (std::abs(point.xi[d]) > std::abs(point.xi[worst])) worst = d;
     }
-    if (std::abs(point.xi[worst]) <= 1 + k_outside) return has_converged ? std::optional(point) : std::nullopt;
-    const Index next = neighbours_[static_cast<std::size_t>(point.element * 2 * Dim) + 2 * worst + (point.xi[worst] > 0 ? 1 : 0)];
+    if (std::abs(point.xi[worst]) <= 1 + k_on_face) {
+      if (!has_converged) return std::nullopt;
+      const Index owner = owner_of(point, is_barred);
+      if (owner == point.element) return point;
+      point = {owner, {}};
+      continue;
+    }
+    const Index next = neighbour(point.element, static_cast<int>(worst), point.xi[worst] > 0);
     if (next < 0) return std::nullopt;
     if (is_barred != nullptr && (*is_barred)[static_cast<std::size_t>(next)]) return has_converged ? std::optional(point) : std::nullopt;
     point = {next, {}};

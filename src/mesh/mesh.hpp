@@ -33,6 +33,9 @@ struct ElementPoint {
   Vec<Dim> xi{};
 };
 
+/// How near to a face a place is on it, in local coordinates: beyond rounding, and far below anything that can be seen.
+constexpr Real k_on_face = 1e-10;
+
 template <int Dim>
 class Mesh {
  public:
@@ -68,12 +71,15 @@ class Mesh {
   /// The element that holds x, by Newton's method on the inverse map from `guess` and hops to the neighbour on the side on which the local
   /// coordinates leave [-1, 1]; nothing when the way ends at the boundary. Elements may be deformed.
   /// With `is_barred`, by element, the way does not go into such elements: it ends before them, with local coordinates beyond +-1.
+  /// A place that is on a face but for rounding (k_on_face of the local coordinates) belongs to the element with the greater number, in a
+  /// tensor mesh the upper one: which of two cells particles on a line of symmetry are in must not be left to rounding.
   std::optional<ElementPoint<Dim>> locate(const Vec<Dim>& x, Index guess, const std::vector<bool>* is_barred = nullptr) const;
   /// The same without a guess.
   std::optional<ElementPoint<Dim>> locate(const Vec<Dim>& x) const;
 
  private:
   void find_neighbours();
+  Index owner_of(const ElementPoint<Dim>& point, const std::vector<bool>* is_barred) const;
   void fill_bins();
 
   int order_;

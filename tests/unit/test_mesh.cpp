@@ -144,6 +144,32 @@ TEST(Mesh, inverse_map_finds_points_far_from_the_origin) {
   }
 }
 
+TEST(Mesh, places_on_a_face_belong_to_the_upper_cell_whatever_the_rounding) {
+  const std::array<std::vector<Real>, 2> lines = {std::vector<Real>{-0.2, -0.1, 0, 0.1}, std::vector<Real>{0, 0.1, 0.2}};
+  const Mesh<2> mesh = tensor_mesh<2>(lines, 2);
+  GridSpec grid;
+  grid.lower = {-0.2, 0, 0};
+  grid.upper = {0.1, 0.2, 0};
+  grid.cells = {3, 2};
+  grid.cell_size = {0.1, 0.1};
+  const auto basis = make_element_basis<2>(grid, 2);
+  for (const Real noise : {0.0, 1e-16, -1e-16, 1e-13, -1e-13}) {
+    for (Index guess = 0; guess < 6; ++guess) {
+      EXPECT_EQ(mesh.locate({noise, 0.05}, guess)->element, 2) << noise;
+      EXPECT_EQ(mesh.locate({-0.15, 0.1 + noise}, guess)->element, 3) << noise;
+      EXPECT_EQ(mesh.locate({noise, 0.1 + noise}, guess)->element, 5) << noise;
+    }
+    EXPECT_EQ(basis->locate({noise, 0.05})->element, 2) << noise;
+    EXPECT_EQ(basis->locate({noise, 0.1 + noise})->element, 5) << noise;
+  }
+  EXPECT_EQ(mesh.locate({-1e-9, 0.05}, 5)->element, 1);
+  EXPECT_EQ(basis->locate({-1e-9, 0.05})->element, 1);
+  // Not into a barred element, and at the border where there is none.
+  const std::vector<bool> is_barred = {false, false, true, false, false, true};
+  EXPECT_EQ(mesh.locate({-1e-16, 0.05}, 0, &is_barred)->element, 1);
+  EXPECT_EQ(mesh.locate({0.1, 0.2}, 0)->element, 5);
+}
+
 TEST(Mesh, gradients_on_a_bent_mesh_are_those_of_a_linear_field) {
   Mesh<2> mesh = tensor_mesh<2>({std::vector<Real>{0, 0.5, 1}, std::vector<Real>{0, 0.5, 1}}, 2);
   mesh.set_nodes(bent<2>(mesh.nodes()));
