@@ -272,6 +272,34 @@ Measured meeting(Real correction, const std::string& tail) {
           {"meeting_integrator_loss" + tail, ledger.integrator_loss / KE}};
 }
 
+// --- the basket ------------------------------------------------------------------------------------------------------
+Measured basket() {
+  Simulation sim(load_case("basket", {}));
+  const Vec3 start = sim.solver().totals(0).center_of_mass;
+  const Real mass = sim.solver().totals(0).mass;
+  Range K;
+  Real penetrated = 0, fall = 0, remainder = 0, lowest = 0;
+  every(sim, 1, [&](const Simulation& s) {
+    const Vec3 center = s.solver().totals(0).center_of_mass;
+    const Real t = s.time();
+    if (t <= 0.2) {
+      fall = std::max({fall, std::abs(center[0] - start[0] - 1.5 * t), std::abs(center[1] - start[1] + t + 0.5 * 9.81 * t * t)});
+    }
+    K.include(kinetic_energy(s));
+    remainder = std::max(remainder, momentum_remainder(s) / mass);
+    lowest = std::min(lowest, center[1] - start[1]);
+    for (const StepNumber& number : s.solver().step_numbers()) {
+      if (number.name == "penetrated_particles") penetrated = std::max(penetrated, number.value);
+    }
+  });
+  sim.run();
+  return {{"free_fall", fall},
+          {"penetrated", penetrated},
+          {"momentum_remainder", remainder},
+          {"energy_remainder", std::abs(transfer_loss(sim)) / K.greatest},
+          {"deepest", lowest}};
+}
+
 }  // namespace
 
 void add_fem(VerifySuite& suite) {
@@ -350,6 +378,10 @@ void add_fem(VerifySuite& suite) {
          return Measured{{"cook_uy", cook_membrane(32)}};
        }},
       {within("cook_uy", 32.24, 0.005 * 32.24, "CoFEA, Calculix 32.27, Code_Aster 32.20, Elmer 32.28 mm; E = 70 MPa, nu = 1/3, 6.25 MPa")});
+  add_problem(suite, {"basket", "a disk thrown into a basket", "basket", true, true, 1e7, {}, &basket},
+              {at_most("free_fall", 1e-11, "the parabola, before contact"), at_most("penetrated", 0, "no particle in the basket"),
+               at_most("momentum_remainder", 1e-8, "over 1 m/s of the disk"),
+               at_most("energy_remainder", 5e-3, "of the greatest kinetic energy, beside the parts that the ledger names")});
   for (const Real correction : {0.0, 0.3}) {
     const std::string tail = correction > 0 ? "_Cc0.3" : "";
     add_problem(suite,

@@ -68,6 +68,79 @@ TEST(Coupled, momentum_balances_with_the_supports_and_no_particle_enters) {
   EXPECT_LT(std::abs(transfer_loss(sim)), 1e-3 * std::abs(sim.initial_energy()));
 }
 
+/// A disk flies into the corner of a floor and a wall of elements that hardly yield, along the diagonal.
+constexpr const char* k_corner = R"(
+[grid]
+lower = [0, 0]
+upper = [2, 2]
+cells = [10, 10]
+[time]
+end = 1
+dt = 0.005
+[solver]
+type = "implicit"
+basis = "element"
+soft_stiffness = [1e-3, 1e-7]
+[[body]]
+name = "disk"
+region = { type = "disk", center = [0.85, 0.85], radius = 0.3 }
+layout = { type = "per_cell", count = 36 }
+velocity = { type = "uniform", value = [-1.5, -1.5] }
+material = { type = "neo_hookean", density = 1000, youngs_modulus = 1e6, poissons_ratio = 0.3 }
+[[body]]
+name = "corner"
+method = "elements"
+region = { type = "union", of = [{ type = "box", lower = [0, 0], upper = [2, 0.4] }, { type = "box", lower = [0, 0.4], upper = [0.4, 2] }] }
+material = { type = "neo_hookean", density = 1200, youngs_modulus = 1e9, poissons_ratio = 0.3 }
+receding_correction = 0.3
+[[boundary]]
+side = "bottom"
+kind = "fixed"
+[[boundary]]
+side = "left"
+kind = "fixed"
+)";
+
+TEST(Coupled, particles_recede_from_a_wall_as_from_a_floor_and_from_a_corner_as_from_both) {
+  // Floors go by the vertical velocity and walls by the one along their normal: on faces that stay as they are the same.
+  Simulation sim(read(k_corner));
+  Real receding = 0, return_speed = 0;
+  for (int k = 0; k < 60; ++k) {
+    sim.step();
+    const BodyTotals disk = sim.solver().totals(0);
+    EXPECT_NEAR(disk.center_of_mass[0], disk.center_of_mass[1], 1e-6) << "step " << k;
+    EXPECT_NEAR(disk.momentum[0], disk.momentum[1], 1e-4 * disk.mass) << "step " << k;
+    receding = std::max(receding, number_of(sim.solver(), "receding_particles"));
+    return_speed = std::max(return_speed, disk.momentum[0] / disk.mass);
+  }
+  EXPECT_GT(receding, 50);
+  EXPECT_GT(return_speed, 1);
+}
+
+TEST(Coupled, the_mirror_image_of_a_problem_has_the_mirror_image_of_its_motion) {
+  const auto run = [](Real side) {
+    std::string text = k_basket;
+    const auto box = [&](Real from, Real to, const char* y) {
+      const Real a = 1 + side * (from - 1), b = 1 + side * (to - 1);
+      return fmt::format("{{ type = \"box\", lower = [{}, {}], upper = [{}, {}] }}", std::min(a, b), y[0] == 'f' ? 0.0 : 0.4,
+                         std::max(a, b), y[0] == 'f' ? 0.4 : 1.0);
+    };
+    auto sim = std::make_unique<Simulation>(read(
+        text, {fmt::format("body.disk.region.center=[{},0.78]", 1 - 0.15 * side), fmt::format("body.disk.velocity.value=[{},-1]", -side),
+               fmt::format("body.basket.region.of=[{},{}]", box(0.2, 1.6, "floor"), box(0.2, 0.4, "wall"))}));
+    for (int k = 0; k < 60; ++k) sim->step();
+    return sim;
+  };
+  const auto sim = run(1), image = run(-1);
+  EXPECT_GT(number_of(sim->solver(), "receding_particles"), 0);
+  for (std::size_t body = 0; body < 2; ++body) {
+    const BodyTotals a = sim->solver().totals(body), b = image->solver().totals(body);
+    EXPECT_NEAR(a.center_of_mass[0] - 1, 1 - b.center_of_mass[0], 1e-6);
+    EXPECT_NEAR(a.center_of_mass[1], b.center_of_mass[1], 1e-6);
+    EXPECT_NEAR(a.strain_energy, b.strain_energy, 1e-4 * a.strain_energy);
+  }
+}
+
 TEST(Coupled, any_number_of_threads_gives_the_same_bits) {
   const int before = thread_count();
   std::vector<Real> first;
