@@ -89,7 +89,50 @@ class Table {
   std::ofstream file_;
 };
 
+constexpr const char* k_stages[] = {"locate", "assembly", "linear solve", "inversion", "update"};
+
 }  // namespace
+
+void run_coupled(const std::string& csv, int threads) {
+  set_thread_count(threads > 0 ? threads : 1);
+  std::ofstream file;
+  if (!csv.empty()) {
+    file.open(csv);
+    if (!file) throw std::runtime_error(fmt::format("cannot write {}", csv));
+    file << "J,threads,steps,unknowns,newton_iterations,seconds,locate,assembly,linear_solve,inversion,update\n";
+  }
+  fmt::print("{:<14}{:>3}{:>9}{:>7}{:>10}{:>12}{:>10}", "disk on plate", "J", "threads", "steps", "unknowns", "iterations", "seconds");
+  for (const char* stage : k_stages) fmt::print("{:>14}", stage);
+  fmt::print("\n");
+  for (const int J : {2, 3}) {
+    Simulation sim(load_case("disk_on_plate",
+                             {fmt::format("grid.refinements={}", J), fmt::format("body.disk.region.center=[0,{}]", 0.2 / (1 << (J - 1)))}));
+    constexpr int k_steps = 250;
+    double iterations = 0, unknowns = 0, seconds = 0;
+    for (int k = 0; k < k_steps; ++k) {
+      sim.step();
+      for (const StepNumber& number : sim.solver().step_numbers()) {
+        if (number.name == "newton_iterations") iterations += number.value;
+        if (number.name == "active_unknowns") unknowns += number.value / k_steps;
+        if (number.name == "step_seconds") seconds += number.value;
+      }
+    }
+    std::string text =
+        fmt::format("{:<14}{:>3}{:>9}{:>7}{:>10.0f}{:>12.0f}{:>10.1f}", "row 2", J, thread_count(), k_steps, unknowns, iterations, seconds);
+    std::string row = fmt::format("{},{},{},{:.0f},{:.0f},{:.2f}", J, thread_count(), k_steps, unknowns, iterations, seconds);
+    for (const char* stage : k_stages) {
+      double spent = 0;
+      for (const Profile::Entry& entry : sim.solver().profile().entries()) {
+        if (entry.label == std::string(stage)) spent = entry.seconds;
+      }
+      text += fmt::format("{:>14.1f}", spent);
+      row += fmt::format(",{:.2f}", spent);
+    }
+    fmt::print("{}\n", text);
+    std::fflush(stdout);
+    if (file.is_open()) file << row << "\n" << std::flush;
+  }
+}
 
 void run_implicit(const std::string& csv, int threads) {
   Table table(csv);

@@ -7,8 +7,8 @@
 #include <fstream>
 
 #include "core/version.hpp"
-#include "kernel/kernel.hpp"
 #include "implicit.hpp"
+#include "kernel/kernel.hpp"
 #include "scenarios.hpp"
 
 namespace matpoint::bench {
@@ -93,6 +93,10 @@ void run(const Options& options) {
     run_implicit(options.csv, options.threads);
     return;
   }
+  if (options.sets == std::vector<std::string>{"coupled"}) {
+    run_coupled(options.csv, options.threads);
+    return;
+  }
   const std::vector<ScenarioSet> sets = scenario_sets(options.particles);
   const bool is_all = options.sets == std::vector<std::string>{"all"};
   Table table(options.csv, measure_machine());
@@ -111,10 +115,11 @@ void list() {
   for (const ScenarioSet& set : scenario_sets(1000000)) fmt::print("{:<12}{}\n", set.name, set.about);
   fmt::print("{:<12}{}\n", "all", "all of these");
   fmt::print("{:<12}{}\n", "implicit", "alone: the implicit solver's time by stage and linear solver (15 minutes)");
+  fmt::print("{:<12}{}\n", "coupled", "alone: particles and finite elements, time by stage (6 minutes)");
 }
 
 std::vector<std::string> set_names() {
-  std::vector<std::string> names{"all", "implicit"};
+  std::vector<std::string> names{"all", "implicit", "coupled"};
   for (const ScenarioSet& set : scenario_sets(1000000)) names.push_back(set.name);
   return names;
 }

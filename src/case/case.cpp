@@ -215,11 +215,43 @@ void check_gravity_table(const Case& problem, const Input& input) {
   }
 }
 
+/// The components that a condition on a side holds, as letters; "t" for a load.
+std::string held_components(const BoundarySpec& boundary, int dim) {
+  if (boundary.kind == BoundaryKind::traction) return "t";
+  if (boundary.kind == BoundaryKind::slip) {
+    const std::vector<std::string> sides = side_names(dim);
+    return std::string(1, "xyz"[(std::find(sides.begin(), sides.end(), boundary.side) - sides.begin()) / 2]);
+  }
+  std::string letters;
+  for (const std::string& component : boundary.components.empty() ? axis_names(dim) : boundary.components) letters += component;
+  return letters;
+}
+
+/// A side may be named by several conditions, but not twice for the same component: the first would do nothing.
+void check_sides_named_once(const Case& problem) {
+  for (std::size_t b = 0; b < problem.boundaries.size(); ++b) {
+    const BoundarySpec& boundary = problem.boundaries[b];
+    if (boundary.region != nullptr) continue;
+    for (std::size_t a = 0; a < b; ++a) {
+      const BoundarySpec& earlier = problem.boundaries[a];
+      if (earlier.region != nullptr || earlier.side != boundary.side) continue;
+      const std::string held = held_components(earlier, problem.dim);
+      const std::string both = held_components(boundary, problem.dim);
+      const std::size_t common = both.find_first_of(held);
+      if (common == std::string::npos) continue;
+      fail_at(boundary.place,
+              fmt::format("boundary {}: side = \"{}\" has {} already from boundary {}; keep one of them, or give them different components",
+                          b + 1, boundary.side, both[common] == 't' ? "a traction" : fmt::format("its component {}", both[common]), a + 1));
+    }
+  }
+}
+
 /// What only the whole case knows.
 void check_together(const Case& problem) {
   if (problem.bodies.empty()) throw InputError("the case has no body; add [[body]] with name, region, layout and material");
   check_unique_names(problem.bodies, "body");
   check_unique_names(problem.probes, "probe");
+  check_sides_named_once(problem);
   for (std::size_t b = 0; b < problem.boundaries.size(); ++b) {
     const BoundarySpec& boundary = problem.boundaries[b];
     const std::vector<std::string> sides = side_names(problem.dim);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <map>
 
 #include "body/particle_fields.hpp"
 
@@ -52,6 +53,13 @@ bool is_loaded(const BoundarySpec& spec, const ElementFace& face, const Basis<Di
     if (!spec.region->contains(x)) return false;
   }
   return true;
+}
+
+template <int Dim>
+Vec<Dim> face_middle(const ElementFace& face, const Basis<Dim>& basis) {
+  ElementPoint<Dim> point{face.element, {}};
+  point.xi[static_cast<std::size_t>(face.axis)] = face.is_upper ? 1 : -1;
+  return basis.position(point);
 }
 
 /// Adds int N t dA over a face, by Gauss's rule with three points per direction.
@@ -140,6 +148,7 @@ void ImplicitSolver<Dim>::make_bodies() {
 /// Dead loads: int N t dA over the undeformed faces of bodies of elements, on a side of the grid or with all their nodes in a region.
 template <int Dim>
 void ImplicitSolver<Dim>::make_tractions() {
+  std::map<std::pair<Index, int>, std::size_t> loaded;  // face by its cell and number, and by which condition
   for (std::size_t b = 0; b < case_.boundaries.size(); ++b) {
     const BoundarySpec& spec = case_.boundaries[b];
     if (spec.kind != BoundaryKind::traction) continue;
@@ -149,6 +158,13 @@ void ImplicitSolver<Dim>::make_tractions() {
       for (const ElementFace& face : body.outer_faces(*basis_, space_.is_fem_cell())) {
         if (!is_loaded(spec, face, *basis_)) continue;
         ++faces;
+        const auto [first, is_new] = loaded.try_emplace({face.element, 2 * face.axis + (face.is_upper ? 1 : 0)}, b);
+        if (!is_new) {
+          throw InputError(
+              "{}boundary {}: the face of body \"{}\" at ({:.6g}) is loaded already by boundary {}; let each face have one traction",
+              spec.place.empty() ? "" : spec.place + ": ", b + 1, body.points().name(), fmt::join(face_middle(face, *basis_), ", "),
+              first->second + 1);
+        }
         add_traction<Dim>(spec.traction, face, *basis_, tractions_);
       }
     }

@@ -215,6 +215,18 @@ TEST(FemBody, what_is_no_body_is_refused) {
   EXPECT_THAT(refused(twice), testing::HasSubstr("belongs to another body of elements, too"));
 }
 
+TEST(FemBody, a_side_named_twice_is_refused) {
+  const std::string again = std::string(k_basket) + "[[boundary]]\nside = \"bottom\"\n";
+  EXPECT_THAT(refused(again + "kind = \"slip\"\n"),
+              testing::HasSubstr("boundary 2: side = \"bottom\" has its component y already from boundary 1; keep one of them"));
+  EXPECT_THAT(refused(again + "kind = \"velocity\"\ncomponents = [\"x\"]\nvelocity = [1, 0]\n"),
+              testing::HasSubstr("has its component x already from boundary 1"));
+  EXPECT_EQ(refused(again + "kind = \"velocity\"\ncomponents = [\"x\"]\nvelocity = [1, 0]\n", {"boundary.1.kind=slip"}), "no exception");
+  const std::string load = "[[boundary]]\nside = \"bottom\"\nkind = \"traction\"\ntraction = [1, 0]\n";
+  EXPECT_THAT(refused(std::string(k_basket) + load + load),
+              testing::HasSubstr("boundary 3: side = \"bottom\" has a traction already from boundary 2"));
+}
+
 TEST(FemBody, a_static_one_needs_support) {
   std::string text = k_basket;
   text.erase(text.find("[[body]]"), text.find("[[body]]\nname = \"basket\"") - text.find("[[body]]"));
@@ -240,6 +252,9 @@ TEST(FemBody, traction_is_for_faces_of_elements_and_its_work_and_impulse_are_boo
   EXPECT_LT(std::abs(sim.solver().ledger().reset_loss), 1e-6 * sim.solver().ledger().body_force_work);
   EXPECT_THAT(refused(text + "[[boundary]]\nside = \"top\"\nkind = \"traction\"\ntraction = [1, 0]\n"),
               testing::HasSubstr("boundary 2: kind = \"traction\" loads faces of bodies of elements, and there is none on this side"));
+  EXPECT_THAT(refused(text + "[[boundary]]\nregion = { type = \"box\", lower = [1.5, 0.1], upper = [1.7, 0.41] }\nkind = \"traction\"\n"
+                             "traction = [1, 0]\n"),
+              testing::HasSubstr("boundary 2: the face of body \"basket\" at (1.6, 0.3) is loaded already by boundary 1"));
 }
 
 }  // namespace
