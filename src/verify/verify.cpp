@@ -30,15 +30,18 @@ std::vector<VerifyJob> choose_jobs(const VerifySuite& suite, const VerifyOptions
   std::vector<VerifyJob> jobs;
   std::set<std::string> known;
   for (const VerifyJob& job : suite.jobs) {
-    known.insert({job.group, job.case_name});
-    const auto is_named = [&](const std::string& name) { return name == job.group || name == job.case_name; };
+    known.insert({job.group, job.case_name, job.name});
+    const auto is_named = [&](const std::string& name) { return name == job.group || name == job.case_name || name == job.name; };
     if (!options.names.empty() && std::none_of(options.names.begin(), options.names.end(), is_named)) continue;
     if (is_in_preset(job, options.preset)) jobs.push_back(job);
   }
   for (const std::string& name : options.names) {
     if (known.count(name) == 0) {
       const std::vector<std::string> names(known.begin(), known.end());
-      throw InputError("nothing to verify is called \"{}\"{}; known: {}", name, did_you_mean(name, names), list_names(names));
+      std::set<std::string> groups;
+      for (const VerifyJob& job : suite.jobs) groups.insert({job.group, job.case_name});
+      throw InputError("nothing to verify is called \"{}\"{}; known: {}, and the jobs of --list", name, did_you_mean(name, names),
+                       list_names({groups.begin(), groups.end()}));
     }
   }
   std::stable_sort(jobs.begin(), jobs.end(), [](const VerifyJob& a, const VerifyJob& b) { return a.cost > b.cost; });
@@ -159,11 +162,17 @@ class Table {
   std::ofstream csv_;
 };
 
-/// Whether a row without a number is a failure: in the full preset always; in the quick one, whose jobs measure only some rows of a
-/// group, when a job that ran says that it measures it.
-bool must_be_measured(const VerifyRow& row, const std::vector<VerifyJob>& jobs, const std::string& preset) {
+/// Whether a row without a number is a failure: in the full preset always; in the quick one, and where jobs were asked for by their own
+/// names, which measure only some rows of a group, when a job that ran says that it measures it.
+bool must_be_measured(const VerifyRow& row, const std::vector<VerifyJob>& jobs, const VerifyOptions& options) {
   if (row.kind != RowKind::accept) return false;
-  return preset == "full" || std::any_of(jobs.begin(), jobs.end(), [&](const VerifyJob& job) {
+  const bool is_whole = options.names.empty() || std::any_of(jobs.begin(), jobs.end(), [&](const VerifyJob& job) {
+                          const auto has = [&](const std::string& name) {
+                            return std::find(options.names.begin(), options.names.end(), name) != options.names.end();
+                          };
+                          return job.group == row.group && (has(job.group) || has(job.case_name));
+                        });
+  return (options.preset == "full" && is_whole) || std::any_of(jobs.begin(), jobs.end(), [&](const VerifyJob& job) {
            return job.group == row.group && std::count(job.quantities.begin(), job.quantities.end(), row.quantity) > 0;
          });
 }
@@ -200,7 +209,7 @@ int run_verify(const VerifySuite& suite, const VerifyOptions& options) {
     if (groups.count(row.group) == 0) continue;
     const auto measured = measurements.values.find({row.group, row.quantity});
     const bool is_measured = measured != measurements.values.end();
-    if (!is_measured && row.kind != RowKind::truth && !must_be_measured(row, jobs, options.preset)) continue;
+    if (!is_measured && row.kind != RowKind::truth && !must_be_measured(row, jobs, options)) continue;
     table.add(row, is_measured ? std::optional(measured->second) : std::nullopt);
     reported.insert({row.group, row.quantity});
   }

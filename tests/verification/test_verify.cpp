@@ -183,6 +183,19 @@ TEST_F(Verify, test_only_named_jobs_of_the_preset_run) {
   EXPECT_EQ(ran, 112);
 }
 
+TEST_F(Verify, test_a_job_may_be_named_and_answers_for_its_own_rows_only) {
+  VerifySuite suite;
+  suite.rows = {row("q", 1, 0.1), row("other", 1, 0.1)};
+  suite.jobs = {job("first", {"q"}, [] { return Measured{{"q", 1}}; }), job("second", {"other"}, [] { return Measured{{"other", 1}}; })};
+  options_.preset = "full";
+  options_.names = {"first"};
+  EXPECT_EQ(run(suite), 0);
+  EXPECT_NE(csv_line("q").find(",accept,ok"), std::string::npos);
+  EXPECT_EQ(csv_line("other"), "no line");
+  suite.jobs[0].quantities.push_back("other");
+  EXPECT_EQ(run(suite), 3);
+}
+
 /// The message of the InputError that run_verify throws.
 std::string input_error(const VerifySuite& suite, const VerifyOptions& options) {
   try {
