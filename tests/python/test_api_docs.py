@@ -149,6 +149,25 @@ def test_the_tutorial_runs_and_its_numbers_hold(tmp_path, monkeypatch):
     assert names["case"].check().particles == {"lower": 316, "upper": 316}
 
 
+def test_the_coupling_tutorial_runs_and_its_numbers_hold(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    blocks = re.findall(r"^```python\n(.*?)^```", (ROOT / "docs/tutorial_coupling.md").read_text(), re.M | re.S)
+    names = {}
+    for block in blocks[:2]:
+        exec(block, names)  # noqa: S102
+    assert abs(names["sagging"].bodies["shelf"].node_field("displacement")[:, 1].min() + 0.0075) < 1e-4
+    assert abs(names["speed"].min() + 1.47) < 0.01 and abs(names["speed"].max() - 1.22) < 0.01
+    assert names["history"]["penetrated_particles"].max() == 0
+    assert (tmp_path / "drop.png").stat().st_size > 10_000
+    tuned = names["drop"](0.2).history
+    assert abs(tuned["disk.momentum_y"].max() / tuned["disk.mass"][0] - 1.37) < 0.01
+    assert abs(tuned["receding_work"][-1] - 6.7) < 0.1
+    assert abs(tuned["kinetic_energy"].max() - 51) < 2
+    names["shelf"].region = mp.Box(lower=(0, 0), upper=(1, 0.12))
+    with pytest.raises(mp.InputError, match="its region cuts the cell around"):
+        names["drop"](0)
+
+
 def load(path: Path):
     spec = importlib.util.spec_from_file_location(path.stem, path)
     module = importlib.util.module_from_spec(spec)

@@ -68,42 +68,14 @@ TEST(Coupled, momentum_balances_with_the_supports_and_no_particle_enters) {
   EXPECT_LT(std::abs(transfer_loss(sim)), 1e-3 * std::abs(sim.initial_energy()));
 }
 
-/// A disk flies into the corner of a floor and a wall of elements that hardly yield, along the diagonal.
-constexpr const char* k_corner = R"(
-[grid]
-lower = [0, 0]
-upper = [2, 2]
-cells = [10, 10]
-[time]
-end = 1
-dt = 0.005
-[solver]
-type = "implicit"
-basis = "element"
-soft_stiffness = [1e-3, 1e-7]
-[[body]]
-name = "disk"
-region = { type = "disk", center = [0.85, 0.85], radius = 0.3 }
-layout = { type = "per_cell", count = 36 }
-velocity = { type = "uniform", value = [-1.5, -1.5] }
-material = { type = "neo_hookean", density = 1000, youngs_modulus = 1e6, poissons_ratio = 0.3 }
-[[body]]
-name = "corner"
-method = "elements"
-region = { type = "union", of = [{ type = "box", lower = [0, 0], upper = [2, 0.4] }, { type = "box", lower = [0, 0.4], upper = [0.4, 2] }] }
-material = { type = "neo_hookean", density = 1200, youngs_modulus = 1e9, poissons_ratio = 0.3 }
-receding_correction = 0.3
-[[boundary]]
-side = "bottom"
-kind = "fixed"
-[[boundary]]
-side = "left"
-kind = "fixed"
-)";
-
 TEST(Coupled, particles_recede_from_a_wall_as_from_a_floor_and_from_a_corner_as_from_both) {
-  // Floors go by the vertical velocity and walls by the one along their normal: on faces that stay as they are the same.
-  Simulation sim(read(k_corner));
+  // Along the diagonal into the corner of a floor and a wall that hardly yield. Floors go by the vertical velocity and walls by the one
+  // along their normal: on faces that stay as they are the same.
+  const std::string text = std::string(k_basket) + "[[boundary]]\nside = \"left\"\nkind = \"fixed\"\n";
+  Simulation sim(read(text, {"gravity=[0,0]", "body.disk.region.center=[0.85,0.85]", "body.disk.velocity.value=[-1.5,-1.5]",
+                             "body.basket.region.of=[{ type = \"box\", lower = [0, 0], upper = [2, 0.4] },"
+                             "{ type = \"box\", lower = [0, 0.4], upper = [0.4, 2] }]",
+                             "body.basket.material.youngs_modulus=1e9", "body.basket.receding_correction=0.3"}));
   Real receding = 0, return_speed = 0;
   for (int k = 0; k < 60; ++k) {
     sim.step();
