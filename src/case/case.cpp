@@ -147,6 +147,15 @@ void check_boundary(BoundarySpec& boundary, const Input& input, const ReadContex
   } else if (is_given(input, "traction")) {
     fail_input(at_key(input, "traction"), context, "traction is for kind = \"traction\" only");
   }
+  if (boundary.contact != FaceContact::stick) {
+    const char* const problem = boundary.region != nullptr ? "is for sides of the grid"
+                                : boundary.kind != BoundaryKind::fixed && boundary.kind != BoundaryKind::velocity
+                                    ? "is for kind = \"fixed\" or \"velocity\""
+                                : !boundary.components.empty() ? "needs all components, so no components"
+                                                               : nullptr;
+    if (problem != nullptr)
+      fail_input(at_key(input, "contact"), context, fmt::format("contact = {} {}", at_key(input, "contact").text(), problem));
+  }
   if (boundary.kind == BoundaryKind::velocity) {
     check_velocity_table(boundary, input, context);
   } else {
@@ -341,6 +350,26 @@ void BoundarySpec::declare(ParameterTable<BoundarySpec>& table) {
       [](const BoundarySpec& boundary, int) -> std::optional<Input> {
         if (boundary.receding_correction == 0) return std::nullopt;
         return Input::real(boundary.receding_correction);
+      });
+  table.custom(
+      {"contact", "1", "string", "\"stick\"", "\"stick\", \"no_tension\"",
+       "Implicit solver on B-splines, kind = fixed or velocity on a side: whether the side holds what touches it for good, or lets go what "
+       "it "
+       "would have to pull.",
+       false},
+      [](BoundarySpec& boundary, const Input& input, const ReadContext& context) {
+        std::string given;
+        read_value(input, context, "contact", any_number(), given);
+        if (given != "stick" && given != "no_tension") {
+          fail_input(input, context,
+                     fmt::format("contact = {} is unknown, allowed: {}{}", input.text(), list_names({"stick", "no_tension"}),
+                                 did_you_mean(given, {"stick", "no_tension"})));
+        }
+        boundary.contact = given == "stick" ? FaceContact::stick : FaceContact::no_tension;
+      },
+      [](const BoundarySpec& boundary, int) -> std::optional<Input> {
+        if (boundary.contact == FaceContact::stick) return std::nullopt;
+        return Input::string("no_tension");
       });
   const auto unless_empty = [](const auto& values, int dim) -> std::optional<Input> {
     if (values.empty()) return std::nullopt;

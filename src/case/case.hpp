@@ -62,6 +62,9 @@ struct BodySpec {
   static void declare(ParameterTable<BodySpec>& table);
 };
 
+/// How a rigid face holds what touches it: for good, or only as long as it presses.
+enum class FaceContact { stick, no_tension };
+
 /// A condition on the grid's nodes: on one side of the grid, or in a region.
 struct BoundarySpec {
   std::string side;  ///< left right bottom top (front back in 3D); empty when a region is given.
@@ -75,6 +78,7 @@ struct BoundarySpec {
   std::shared_ptr<VelocityHistory> velocity_history;
   bool is_attached = false;
   Real receding_correction = 0;  ///< C_c [1]
+  FaceContact contact = FaceContact::stick;
   std::string place;
   static void declare(ParameterTable<BoundarySpec>& table);
 };

@@ -116,6 +116,7 @@ ImplicitSolver<Dim>::ImplicitSolver(const Case& problem)
       basis_(make_basis<Dim>(problem)),
       conditions_(problem.boundaries, *basis_),
       space_(*basis_, conditions_, (make_bodies(), sources_), spec_.soft_stiffness),
+      contacts_(problem.boundaries, *basis_),
       assembly_(space_),
       newton_(spec_, space_, assembly_, profile_),
       gravity_(problem.gravity_at(0)) {
@@ -269,14 +270,39 @@ template <int Dim>
 std::optional<std::string> ImplicitSolver<Dim>::try_step(Real t, Real dt) {
   update_space(t);
   const StepLoad<Dim> load = make_load(t + dt, dt);
-  std::vector<Real> u;
-  std::vector<Real> prescribed(space_.nodes().size() * Dim, 0);
   const std::vector<Vec<Dim>> displacements = conditions_.displacements(t, dt);
+  std::vector<Real> u;
+  contacts_.start(space_);
+  bool is_settled = false;
+  while (!is_settled) {
+    if (!contacts_.is_empty()) {
+      space_.release(contacts_.released());
+      assembly_.start();
+      if (assembly_.is_new_pattern()) newton_.forget_pattern();
+    }
+    if (const auto failure = solve(load, displacements, u)) return failure;
+    is_settled = true;
+    if (contacts_.is_empty()) break;
+    std::vector<Real> residual;
+    assembly_.residual(u, load, residual);
+    is_settled = !contacts_.update(space_, u, residual, displacements);
+  }
+  Stage stage(profile_, "update");
+  commit(t, dt, load, u);
+  return std::nullopt;
+}
+
+template <int Dim>
+std::optional<std::string> ImplicitSolver<Dim>::solve(const StepLoad<Dim>& load, const std::vector<Vec<Dim>>& displacements,
+                                                      std::vector<Real>& u) {
+  std::vector<Real> prescribed(space_.nodes().size() * Dim, 0);
   for (std::size_t n = 0; n < space_.nodes().size(); ++n) {
     for (int d = 0; d < Dim; ++d) {
       const auto s = static_cast<std::size_t>(d);
       const int condition = conditions_.condition(space_.nodes()[n], d);
-      if (condition >= 0) prescribed[n * Dim + s] = displacements[static_cast<std::size_t>(condition)][s];
+      if (condition >= 0 && space_.unknown(static_cast<Index>(n), d) < 0) {
+        prescribed[n * Dim + s] = displacements[static_cast<std::size_t>(condition)][s];
+      }
     }
   }
   const bool is_symmetric = space_.receding_count() == 0 && std::none_of(sources_.begin(), sources_.end(), [](const auto& source) {
@@ -284,10 +310,7 @@ std::optional<std::string> ImplicitSolver<Dim>::try_step(Real t, Real dt) {
                             });
   const auto failure = newton_.solve(load, std::move(prescribed), is_symmetric ? Symmetry::symmetric : Symmetry::general, u);
   iterations_ += newton_.report().iterations;
-  if (failure) return failure;
-  Stage stage(profile_, "update");
-  commit(t, dt, load, u);
-  return std::nullopt;
+  return failure;
 }
 
 template <int Dim>

@@ -12,6 +12,7 @@
 #include "mesh/basis.hpp"
 #include "solver/assembly.hpp"
 #include "solver/background_reset.hpp"
+#include "solver/face_contact.hpp"
 #include "solver/newton.hpp"
 #include "solver/step_space.hpp"
 
@@ -78,6 +79,8 @@ class ImplicitSolver final : public Solver {
   void advance(Real t, Real dt, int cuts);
   /// Does nothing when it fails, and says why.
   std::optional<std::string> try_step(Real t, Real dt);
+  /// Newton's method with the faces' set of held nodes as it is.
+  std::optional<std::string> solve(const StepLoad<Dim>& load, const std::vector<Vec<Dim>>& displacements, std::vector<Real>& u);
   void make_bodies();
   void make_tractions();
   /// The background where it is at the start of the step, the particles in it, the unknowns.
@@ -106,6 +109,7 @@ class ImplicitSolver final : public Solver {
   std::deque<FemBody<Dim>> fem_bodies_;
   std::vector<PointSource<Dim>> sources_;  ///< In the order of the case.
   StepSpace<Dim> space_;
+  FaceContacts<Dim> contacts_;
   Assembly<Dim> assembly_;
   Profile profile_;
   Newton<Dim> newton_;

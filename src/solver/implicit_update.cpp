@@ -296,6 +296,8 @@ std::vector<StepNumber> ImplicitSolver<Dim>::step_numbers() const {
           {"active_unknowns", "1", static_cast<Real>(space_.unknown_count())},
           {"receding_particles", "1", static_cast<Real>(space_.receding_count())},
           {"penetrated_particles", "1", static_cast<Real>(space_.penetrated_count())},
+          {"contact_sets", "1", static_cast<Real>(contacts_.sets())},
+          {"contact_nodes", "1", static_cast<Real>(contacts_.held())},
           {"soft_dissipation", "J", ledger_.soft_dissipation},
           {"receding_work", "J", ledger_.receding_work},
           {"integrator_loss", "J", ledger_.integrator_loss},

@@ -240,6 +240,14 @@ void StepSpace<Dim>::locate() {
 }
 
 template <int Dim>
+void StepSpace<Dim>::release(const std::vector<bool>& released) {
+  if (released == released_) return;
+  released_ = released;
+  number_nodes();
+  ++pattern_;
+}
+
+template <int Dim>
 void StepSpace<Dim>::number_nodes() {
   std::vector<int> place(static_cast<std::size_t>(basis_.node_count()), -1);
   for (const Index cell : cells_) {
@@ -252,7 +260,11 @@ void StepSpace<Dim>::number_nodes() {
     if (place[n] < 0) continue;
     place[n] = static_cast<int>(nodes_.size());
     nodes_.push_back(static_cast<Index>(n));
-    for (int d = 0; d < Dim; ++d) unknowns_.push_back(conditions_.condition(static_cast<Index>(n), d) < 0 ? unknown_count_++ : -1);
+    for (int d = 0; d < Dim; ++d) {
+      const bool is_free =
+          conditions_.condition(static_cast<Index>(n), d) < 0 || (!released_.empty() && released_[n * Dim + static_cast<std::size_t>(d)]);
+      unknowns_.push_back(is_free ? unknown_count_++ : -1);
+    }
   }
   cell_nodes_.clear();
   for (const Index cell : cells_) {

@@ -53,6 +53,9 @@ class StepSpace {
 
   /// Finds everything anew for the particles as they are. Throws SolverError for a particle outside of the background.
   void update(Real t);
+  /// Components that are no longer prescribed although a condition is on them, by node and component: numbers the unknowns anew where that
+  /// changes anything.
+  void release(const std::vector<bool>& released);
 
   const Basis<Dim>& basis() const { return basis_; }
   int functions() const { return functions_; }
@@ -152,6 +155,7 @@ class StepSpace {
   std::vector<int> cell_nodes_;
   std::vector<int> unknowns_;
   int unknown_count_ = 0;
+  std::vector<bool> released_;  ///< By node and component; empty: none.
   Index pattern_ = 0;
 };
 

@@ -287,6 +287,31 @@ TEST(ImplicitSolver, receding_particles_are_let_go) {
   EXPECT_GT(rebound(0.3), rebound(0) * 1.02);
 }
 
+TEST(FaceContact, a_face_without_tension_pushes_and_never_pulls) {
+  const auto rebound = [](const char* contact, Real& least, Real& greatest) {
+    Simulation sim(read(k_disk, {"time.end=0.5", "body.disk.velocity.value=[0,-2]", "body.disk.velocity.angular_velocity=0",
+                                 fmt::format("boundary.1.contact={}", contact)}));
+    const Real scale = momentum_scale(sim.solver());
+    Real last = 0, speed = 0;
+    sim.add_callback([&](const Simulation& s) {
+      const Real now = s.solver().ledger().boundary_impulse[1];
+      least = std::min(least, now - last);
+      greatest = std::max(greatest, now - last);
+      last = now;
+      speed = std::max(speed, s.solver().totals(0).momentum[1] / s.solver().totals(0).mass);
+      EXPECT_LT(momentum_remainder(s), 1e-9 * scale);
+      return true;
+    });
+    sim.run();
+    return speed;
+  };
+  Real least = 0, greatest = 0, least_stick = 0, greatest_stick = 0;
+  const Real speed = rebound("no_tension", least, greatest);
+  EXPECT_GE(least, -1e-9 * greatest);
+  EXPECT_GT(speed, rebound("stick", least_stick, greatest_stick));
+  EXPECT_LT(least_stick, -1e-3 * greatest_stick);  // a face that holds does pull
+}
+
 TEST(ImplicitSolver, gravity_follows_its_table_and_its_work_is_booked) {
   const std::vector<std::string> sets = {"gravity_times=[0.1,0.11]", "gravity_factors=[1,0]", "body.disk.velocity.value=[0,0]",
                                          "body.disk.velocity.angular_velocity=0", "body.disk.region.center=[1,1.2]"};
