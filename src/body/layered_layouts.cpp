@@ -156,7 +156,8 @@ struct LayeredBeam final : Layout {
   // The generator of Aulisa & Capodaglio (appendix A), with distances that shrink from layer to layer, which gives its counts.
   Seeds fill(const Region* region, const SeedingGrid& grid) const override {
     require_2d(grid, name);
-    const Input* const type = region->write(2).find("type");
+    const Input written = region->write(2);
+    const Input* const type = written.find("type");
     if (type == nullptr || type->text() != "\"box\"") throw InputError("layout type = \"layered_beam\" fills boxes only");
     const Vec3 lower = region->lower();
     const Vec3 upper = region->upper();

@@ -63,9 +63,10 @@ class Iterative final : public LinearSolver {
     if constexpr (requires { method_.set_restart(60); }) method_.set_restart(60);
   }
   std::string name() const override { return name_; }
-  void analyze(const SparseMatrix& K) override { method_.analyzePattern(K); }
+  // At once in factorize: Eigen's own analysis asks the preconditioner for the state of a factorisation that has not been made.
+  void analyze(const SparseMatrix&) override {}
   bool factorize(const SparseMatrix& K, Symmetry) override {
-    method_.factorize(K);
+    method_.compute(K);
     return method_.info() == Eigen::Success;
   }
   bool solve(const Vector& b, Vector& x) override {
