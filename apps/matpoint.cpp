@@ -86,7 +86,7 @@ void add_plot(CLI::App& app, Arguments& arguments) {
 void add_verify(CLI::App& app, Arguments& arguments) {
   CLI::App& command = *app.add_subcommand("verify", "Compare with published and exact numbers; exit code 3 when a bound is missed");
   command.add_option("NAME", arguments.verify.names, "Cases, groups or jobs of --list; default: all of the preset")->type_name("");
-  command.add_option("--preset", arguments.verify.preset, "quick (minutes) or full (half an hour)")
+  command.add_option("--preset", arguments.verify.preset, "quick (minutes) or full (hours; name some)")
       ->capture_default_str()
       ->type_name("PRESET");
   command.add_option("--out", arguments.verify.csv, "The table as a CSV file")->capture_default_str()->type_name("FILE");

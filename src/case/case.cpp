@@ -245,12 +245,13 @@ void check_sides_named_once(const Case& problem) {
       const BoundarySpec& earlier = problem.boundaries[a];
       if (earlier.region != nullptr || earlier.side != boundary.side) continue;
       const std::string held = held_components(earlier, problem.dim);
-      const std::string both = held_components(boundary, problem.dim);
-      const std::size_t common = both.find_first_of(held);
+      const std::string named = held_components(boundary, problem.dim);
+      const std::size_t common = named.find_first_of(held);
       if (common == std::string::npos) continue;
-      fail_at(boundary.place,
-              fmt::format("boundary {}: side = \"{}\" has {} already from boundary {}; keep one of them, or give them different components",
-                          b + 1, boundary.side, both[common] == 't' ? "a traction" : fmt::format("its component {}", both[common]), a + 1));
+      fail_at(
+          boundary.place,
+          fmt::format("boundary {}: side = \"{}\" has {} already from boundary {}; keep one of them, or give them different components",
+                      b + 1, boundary.side, named[common] == 't' ? "a traction" : fmt::format("its component {}", named[common]), a + 1));
     }
   }
 }
@@ -353,9 +354,8 @@ void BoundarySpec::declare(ParameterTable<BoundarySpec>& table) {
       });
   table.custom(
       {"contact", "1", "string", "\"stick\"", "\"stick\", \"no_tension\"",
-       "Implicit solver on B-splines, kind = fixed or velocity on a side: whether the side holds what touches it for good, or lets go what "
-       "it "
-       "would have to pull.",
+       "Implicit solver on B-splines, fixed or velocity on a side: whether it holds what touches it for good, or lets go what it would "
+       "have to pull.",
        false},
       [](BoundarySpec& boundary, const Input& input, const ReadContext& context) {
         std::string given;

@@ -109,6 +109,10 @@ void check_implicit_boundaries(const Case& problem) {
       if (boundary.is_attached || boundary.receding_correction > 0)
         fail_case(place, where, "attached and receding_correction are for sides of the grid");
     }
+    if (boundary.receding_correction > 0 && is_inclined(problem.grid, boundary.side)) {
+      fail_case(place, where,
+                fmt::format("receding_correction is for sides along an axis, but grid.corners inclines side = \"{}\"", boundary.side));
+    }
     if (boundary.kind == BoundaryKind::slip && !boundary.region && is_inclined(problem.grid, boundary.side)) {
       fail_case(place, where,
                 fmt::format("kind = \"slip\" holds the component across a side, but grid.corners inclines side = \"{}\"; use kind = "

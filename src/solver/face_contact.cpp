@@ -16,13 +16,17 @@ constexpr Real k_into = 1e-14;
 }  // namespace
 
 template <int Dim>
-FaceContacts<Dim>::FaceContacts(const std::vector<BoundarySpec>& specs, const Basis<Dim>& basis) {
+FaceContacts<Dim>::FaceContacts(const std::vector<BoundarySpec>& specs, const Basis<Dim>& basis, const NodeConditions<Dim>& conditions)
+    : conditions_(conditions) {
   const std::vector<std::string> sides = side_names_of<Dim>();
   for (std::size_t c = 0; c < specs.size(); ++c) {
     if (specs[c].contact == FaceContact::stick) continue;
     const auto side = static_cast<std::size_t>(std::find(sides.begin(), sides.end(), specs[c].side) - sides.begin());
-    for (const Index node : basis.side_nodes(specs[c].side))
+    for (const Index node : basis.side_nodes(specs[c].side)) {
+      // Where a later condition holds the node across this side, that one decides.
+      if (conditions_.condition(node, static_cast<int>(side / 2)) != static_cast<int>(c)) continue;
       nodes_.push_back({node, static_cast<int>(c), side / 2, side % 2 == 0 ? 1.0 : -1.0});
+    }
   }
   if (!nodes_.empty()) released_.assign(static_cast<std::size_t>(basis.node_count() * Dim), false);
 }
@@ -31,7 +35,9 @@ template <int Dim>
 void FaceContacts<Dim>::mark() {
   std::fill(released_.begin(), released_.end(), false);
   for (const Node& one : nodes_) {
-    for (std::size_t d = 0; d < Dim && one.is_free; ++d) released_[static_cast<std::size_t>(one.node) * Dim + d] = true;
+    for (int d = 0; d < Dim && one.is_free; ++d) {
+      if (conditions_.condition(one.node, d) == one.condition) released_[static_cast<std::size_t>(one.node * Dim + d)] = true;
+    }
   }
 }
 

@@ -12,7 +12,8 @@ namespace matpoint {
 template <int Dim>
 class FaceContacts {
  public:
-  FaceContacts(const std::vector<BoundarySpec>& specs, const Basis<Dim>& basis);
+  /// `conditions` must outlive it: a node is let go in the components that its face holds, and not in those of another side in a corner.
+  FaceContacts(const std::vector<BoundarySpec>& specs, const Basis<Dim>& basis, const NodeConditions<Dim>& conditions);
 
   bool is_empty() const { return nodes_.empty(); }
   /// Before the first solve of a step: nodes that no particle is near are held, the others are as the last step left them.
@@ -38,6 +39,7 @@ class FaceContacts {
   };
   void mark();
 
+  const NodeConditions<Dim>& conditions_;
   std::vector<Node> nodes_;
   std::vector<bool> released_;
   int sets_ = 0;

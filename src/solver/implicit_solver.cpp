@@ -116,7 +116,7 @@ ImplicitSolver<Dim>::ImplicitSolver(const Case& problem)
       basis_(make_basis<Dim>(problem)),
       conditions_(problem.boundaries, *basis_),
       space_(*basis_, conditions_, (make_bodies(), sources_), spec_.soft_stiffness),
-      contacts_(problem.boundaries, *basis_),
+      contacts_(problem.boundaries, *basis_, conditions_),
       assembly_(space_),
       newton_(spec_, space_, assembly_, profile_),
       gravity_(problem.gravity_at(0)) {

@@ -55,7 +55,7 @@ VerifySuite verify_suite();
 
 struct VerifyOptions {
   std::vector<std::string> names;  ///< Groups, cases or jobs to run; empty: all of the preset.
-  std::string preset = "quick";    ///< "quick" (minutes, for every change) or "full" (an hour or two).
+  std::string preset = "quick";    ///< "quick" (minutes, for every change) or "full" (hours).
   std::string csv = "verify.csv";
   int threads = 0;  ///< Jobs side by side; 0: one per processor.
 };

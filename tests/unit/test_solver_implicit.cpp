@@ -312,6 +312,35 @@ TEST(FaceContact, a_face_without_tension_pushes_and_never_pulls) {
   EXPECT_LT(least_stick, -1e-3 * greatest_stick);  // a face that holds does pull
 }
 
+TEST(FaceContact, in_a_corner_a_node_is_let_go_by_its_face_only) {
+  // Lifted off the bottom and pressed against a slip wall at the left: the wall holds on, also in the corner. Both orders of the
+  // conditions.
+  for (const bool wall_first : {true, false}) {
+    const std::string wall = "[[boundary]]\nside = \"left\"\nkind = \"slip\"\n";
+    std::string text = k_disk;
+    text = text.substr(0, text.find("[[boundary]]")) + (wall_first ? wall : "") +
+           "[[boundary]]\nside = \"bottom\"\nkind = \"fixed\"\ncontact = \"no_tension\"\n" + (wall_first ? "" : wall);
+    Simulation sim(read(text, {"gravity=[-20,5]", "body.disk.velocity.value=[0,0]", "body.disk.velocity.angular_velocity=0",
+                               "body.disk.region={ type = \"box\", lower = [0, 0], upper = [0.6, 0.6] }"}));
+    for (int k = 0; k < 40; ++k) {
+      sim.step();
+      EXPECT_GE(sim.solver().totals(0).lower[0], 0) << "step " << k << ", wall first: " << wall_first;
+    }
+    const BodyTotals totals = sim.solver().totals(0);
+    EXPECT_NEAR(totals.momentum[1] / totals.mass, 5 * 0.2, 0.1);
+    EXPECT_GT(sim.solver().ledger().boundary_impulse[0] / totals.mass, 0.5 * 20 * 0.2);
+  }
+}
+
+TEST(ImplicitSolver, assigned_positions_must_be_in_the_mapped_grid) {
+  Simulation sim(read(k_disk, {"solver.basis=element", "grid.corners=[[0,0],[2,0],[2,2],[0.2,2]]"}));
+  std::vector<Real> x = sim.solver().field(0, "position").values;
+  x[0] = 0.05;
+  x[1] = 1.9;
+  EXPECT_THAT(message_of<InputError>([&] { sim.set_field(0, "position", x); }),
+              testing::HasSubstr("position of particle row 0 is outside of the quadrilateral of grid.corners: (0.05, 1.9)"));
+}
+
 TEST(ImplicitSolver, gravity_follows_its_table_and_its_work_is_booked) {
   const std::vector<std::string> sets = {"gravity_times=[0.1,0.11]", "gravity_factors=[1,0]", "body.disk.velocity.value=[0,0]",
                                          "body.disk.velocity.angular_velocity=0", "body.disk.region.center=[1,1.2]"};
