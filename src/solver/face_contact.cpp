@@ -23,7 +23,7 @@ FaceContacts<Dim>::FaceContacts(const std::vector<BoundarySpec>& specs, const Ba
     if (specs[c].contact == FaceContact::stick) continue;
     const auto side = static_cast<std::size_t>(std::find(sides.begin(), sides.end(), specs[c].side) - sides.begin());
     for (const Index node : basis.side_nodes(specs[c].side)) {
-      // Where a later condition holds the node across this side, that one decides.
+      // Where another condition holds the node across this side, that one decides.
       if (conditions_.condition(node, static_cast<int>(side / 2)) != static_cast<int>(c)) continue;
       nodes_.push_back({node, static_cast<int>(c), side / 2, side % 2 == 0 ? 1.0 : -1.0});
     }

@@ -65,7 +65,13 @@ NodeConditions<Dim>::NodeConditions(const std::vector<BoundarySpec>& specs, cons
       const bool is_named = spec.components.empty() ||
                             std::find(spec.components.begin(), spec.components.end(), std::string(1, "xyz"[d])) != spec.components.end();
       if (spec.kind == BoundaryKind::slip ? d != axis : !is_named) continue;
-      for (const Index n : nodes) conditions_[static_cast<std::size_t>(n * Dim + d)] = static_cast<int>(c);
+      for (const Index n : nodes) {
+        int& condition = conditions_[static_cast<std::size_t>(n * Dim + d)];
+        // A side that lets go yields to the others in a corner, in any order: what they hold must stay held when it does.
+        const bool yields = spec.contact != FaceContact::stick && condition >= 0 &&
+                            specs_[static_cast<std::size_t>(condition)].contact == FaceContact::stick;
+        if (!yields) condition = static_cast<int>(c);
+      }
     }
   }
   for (std::size_t s = 0; s < sides.size(); ++s) {
