@@ -29,6 +29,11 @@ class Body {
   /// those that leave the grid are apart.
   virtual void sweep(Sweep what, Real dt, Real flip) = 0;
 
+  /// The force per mass [m/s^2] that the next mapping of forces takes to the nodes, Dim numbers per particle in the order of ids.
+  virtual void set_body_force(const std::vector<Real>& values) = 0;
+  /// Sum of m b . v [W], and of m b [N].
+  virtual Real body_force_power(const std::vector<Real>& values, Vec3& force) const = 0;
+
   /// Viscous dissipation of the last sweep that updated the stress [J].
   virtual Real viscous_dissipation() const = 0;
   /// The first inverted or non-finite point of the last sweep that updated the stress; id -1 if there is none.

@@ -76,10 +76,11 @@ Block<Dim, R>* CellBlocks<Dim, R>::find_or_make(Band& band, const Place<Dim>& fi
   block->key = key_of(first);
   block->slot_count = 0;
   std::fill_n(block->counts, L, R{0});
-  for (int row = 0; row < k_rows<Dim>; ++row) {
+  const int rows_across = grid_.order() + 1;
+  for (int row = 0; row < grid_.row_count(); ++row) {
     Place<Dim> node = first;
-    node[1] += row % 2;
-    if constexpr (Dim == 3) node[2] += row / 2;
+    node[1] += row % rows_across;
+    if constexpr (Dim == 3) node[2] += row / rows_across;
     for (int next = 0; next < 2; ++next) {
       block->tiles[row][next] = grid_.acquire(node);
       node[0] += L;
@@ -171,8 +172,8 @@ void CellBlocks<Dim, R>::prune(Band& band) {
       const int needed = (block->slot_count + BlockType::k_page_slots - 1) / BlockType::k_page_slots;
       while (block->page_count > needed) band.unused_pages.push_back(block->pop_page());
       if (block->slot_count > 0) continue;
-      for (auto& tiles : block->tiles) {
-        for (Tile<Dim, R>* tile : tiles) grid_.release(tile);
+      for (int r = 0; r < grid_.row_count(); ++r) {
+        for (Tile<Dim, R>* tile : block->tiles[r]) grid_.release(tile);
       }
       band.unused.push_back(block);
       band.is_list_old = true;

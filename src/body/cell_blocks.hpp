@@ -25,7 +25,7 @@ struct Block {
   int slot_count = 0;            ///< The largest of the counts.
   int page_count = 0;
   R* near_pages[k_near_pages] = {};
-  Tile<Dim, R>* tiles[k_rows<Dim>][2] = {};
+  Tile<Dim, R>* tiles[k_rows_max<Dim>][2] = {};  ///< Of as many rows as the grid's shape functions have; the others are null.
   Index key = 0;
   Place<Dim> first{};  ///< The cell of lane 0.
   std::vector<R*> far_pages;

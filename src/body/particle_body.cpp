@@ -6,6 +6,7 @@
 
 #include "core/parallel.hpp"
 #include "kernel/function_law.hpp"
+#include "kernel/shape.hpp"
 
 namespace matpoint {
 namespace {
@@ -35,23 +36,37 @@ void set_fetch(Sweep what, SweepChunk<Dim, R>& chunk, const Block<Dim, R>& soon,
                const SlotLayout<Dim>& layout) {
   int count = 0;
   const int end = std::min(soon.slot_count, first + k_chunk_slots);
-  // No sweep reads the ids, which are the last field; without a law x and v are enough, unless volumes differ.
-  const int fields = updates_stress(what) || layout.volume >= 0 ? layout.id : layout.F;
+  // No sweep reads the ids, which are the last field; without a law x and v are enough, where nothing else is stored after F.
+  const bool is_plain = layout.volume < 0 && layout.C < 0 && layout.u < 0 && layout.b < 0;
+  const int fields = updates_stress(what) || !is_plain ? layout.id : layout.F;
   for (int k = first; k < end; ++k) {
     const char* const begin = reinterpret_cast<const char*>(soon.slot(k, layout.field_count));
     chunk.fetch[count++] = {begin, begin + static_cast<std::size_t>(fields * k_lanes<R>) * sizeof(R)};
   }
   if (first == 0) {
-    for (int row = 1; row < k_rows<Dim>; ++row) chunk.fetch[count++] = run_of(*soon.tiles[row][0]);
+    for (int row = 1; row < k_rows_max<Dim> && soon.tiles[row][0] != nullptr; ++row) chunk.fetch[count++] = run_of(*soon.tiles[row][0]);
     chunk.fetch[count++] = run_of(later);
   }
   chunk.fetch_count = count;
 }
 
 template <int Dim>
-SlotLayout<Dim> make_layout(const Material& material, bool has_volumes) {
+SlotLayout<Dim> make_layout(const BodySpec& body, const ParticleScheme& scheme, bool has_volumes) {
+  const Material& material = *body.material;
   SlotLayout<Dim> layout;
   int next = layout.F + Dim * Dim;
+  if (scheme.transfer == Transfer::apic || scheme.transfer == Transfer::tpic) {
+    layout.C = next;
+    next += Dim * Dim;
+  }
+  if (body.formulation == Formulation::total) {
+    layout.u = next;
+    next += Dim;
+  }
+  if (scheme.has_body_force) {
+    layout.b = next;
+    next += Dim;
+  }
   if (has_volumes) layout.volume = next++;
   if (material.is_rate_dependent()) {
     layout.tau = next;
@@ -70,8 +85,8 @@ SlotLayout<Dim> make_layout(const Material& material, bool has_volumes) {
 }  // namespace
 
 template <int Dim, class R>
-ParticleBody<Dim, R>::ParticleBody(const BodySpec& spec, Grid<Dim, R>& grid)
-    : name_(spec.name), material_(spec.material), grid_(grid), kernels_(kernel_table<Dim, R>()) {
+ParticleBody<Dim, R>::ParticleBody(const BodySpec& spec, const ParticleScheme& scheme, Grid<Dim, R>& grid)
+    : name_(spec.name), material_(spec.material), scheme_(scheme), grid_(grid), kernels_(kernel_table<Dim, R>()) {
   seed(spec, place_of(spec), grid);
   reports_.resize(blocks_->bands().size());
   arrivals_.resize(blocks_->bands().size());
@@ -90,7 +105,7 @@ void ParticleBody<Dim, R>::seed(const BodySpec& spec, const std::string& where, 
   smallest_volume_ = *smallest;
   uniform_volume_ = *smallest;
   mass_ = std::accumulate(seeds.volume.begin(), seeds.volume.end(), Real{0}) * material_->density();
-  const SlotLayout<Dim> layout = make_layout<Dim>(*material_, *smallest != *largest);
+  const SlotLayout<Dim> layout = make_layout<Dim>(spec, scheme_, *smallest != *largest);
   blocks_ = std::make_unique<Blocks>(grid, layout);
 
   std::vector<Place<Dim>> cells(n);
@@ -124,6 +139,20 @@ void ParticleBody<Dim, R>::seed(const BodySpec& spec, const std::string& where, 
       at(layout.v + d) = static_cast<R>(v[s]);
       at(layout.F + d * Dim + d) = 1;
     }
+    // The affine velocity that belongs to the field, from differences over half a cell: of a linear field, exactly.
+    for (int c = 0; layout.C >= 0 && spec.velocity && c < Dim; ++c) {
+      const Real step = 0.25 * grid.cell_size(c);
+      Vec3 above = seeds.position[p];
+      Vec3 below = above;
+      above[static_cast<std::size_t>(c)] += step;
+      below[static_cast<std::size_t>(c)] -= step;
+      const Vec3 v_above = spec.velocity->at(above);
+      const Vec3 v_below = spec.velocity->at(below);
+      for (int d = 0; d < Dim; ++d) {
+        const auto s = static_cast<std::size_t>(d);
+        at(layout.C + d * Dim + c) = static_cast<R>((v_above[s] - v_below[s]) / (2 * step));
+      }
+    }
     at(layout.id) = id_to_bits<R>(p);
     if (layout.volume >= 0) at(layout.volume) = static_cast<R>(seeds.volume[p]);
     for (int s = 0; layout.tau >= 0 && s < k_stress_size<Dim>; ++s) at(layout.tau + s) = static_cast<R>(tau[static_cast<std::size_t>(s)]);
@@ -140,12 +169,24 @@ SweepContext<Dim, R> ParticleBody<Dim, R>::make_context(Real dt, Real flip) cons
   context.uniform_volume = static_cast<R>(uniform_volume_);
   context.dt = dt;
   context.flip = static_cast<R>(flip);
-  for (int d = 0; d < Dim; ++d) context.inverse_cell_size[d] = static_cast<R>(1 / grid_.cell_size(d));
+  context.is_affine_full = scheme_.transfer == Transfer::tpic;
+  for (int d = 0; d < Dim; ++d) {
+    context.inverse_cell_size[d] = static_cast<R>(1 / grid_.cell_size(d));
+    context.cells[d] = grid_.cells(d);
+  }
   context.law = material_->law_data();
   context.law_kernel = material_->law_index() >= 0 ? kernels_.laws[material_->law_index()] : &update_function_law<Dim, R>;
   std::fill_n(context.J_min, k_lanes<R>, R{1});
   std::fill_n(context.J_max, k_lanes<R>, R{1});
   return context;
+}
+
+template <int Dim, class R>
+SweepVariant ParticleBody<Dim, R>::variant() const {
+  const SlotLayout<Dim>& at = blocks_->layout();
+  if (scheme_.shape == ShapeKind::bspline2) return at.C >= 0 ? SweepVariant::bspline2_affine : SweepVariant::bspline2;
+  if (at.C >= 0) return SweepVariant::linear_affine;
+  return at.u >= 0 || at.b >= 0 ? SweepVariant::linear : SweepVariant::linear_plain;
 }
 
 template <int Dim, class R>
@@ -181,7 +222,7 @@ void ParticleBody<Dim, R>::sweep(Sweep what, Real dt, Real flip) {
 template <int Dim, class R>
 void ParticleBody<Dim, R>::sweep_band(Sweep what, std::size_t band_index, BandReport& report) {
   Band& band = blocks_->bands()[band_index];
-  const auto kernel = kernels_.sweeps[static_cast<int>(what)];
+  const auto kernel = kernels_.sweeps[static_cast<int>(variant())][static_cast<int>(what)];
   const int field_count = blocks_->layout().field_count;
   blocks_->list_blocks(band);
   const std::vector<Block<Dim, R>*>& blocks = band.blocks;
@@ -194,7 +235,8 @@ void ParticleBody<Dim, R>::sweep_band(Sweep what, std::size_t band_index, BandRe
     const Block<Dim, R>& soon = *blocks[std::min(n + k_blocks_ahead, block_count - 1)];
     const Block<Dim, R>& later = *blocks[std::min(n + k_headers_ahead, block_count - 1)];
     if (n > 0) insert_waiting(what, waiting, band, *blocks[n - 1], *block);
-    for (int row = 0; row < k_rows<Dim>; ++row) {
+    std::copy_n(block->first.begin(), Dim, chunk.cell);
+    for (int row = 0; row < grid_.row_count(); ++row) {
       for (int next = 0; next < 2; ++next) {
         grid_.prepare(*block->tiles[row][next], band_index);
         chunk.nodes[row][next] = &block->tiles[row][next]->values;
@@ -214,7 +256,8 @@ void ParticleBody<Dim, R>::sweep_band(Sweep what, std::size_t band_index, BandRe
       }
       if (chunk.bad_slot >= 0 && report.bad.id < 0) {
         const R* const fields = chunk.slots[chunk.bad_slot] + chunk.bad_lane;
-        const Particle particle{fields, k_lanes<R>, blocks_->position(*block, fields, chunk.bad_lane)};
+        const Vec3 place = blocks_->position(*block, fields, chunk.bad_lane);
+        const Particle particle{fields, k_lanes<R>, position_of(fields, k_lanes<R>, place)};
         report.bad = {id(particle), particle.position, J(particle)};
       }
     }
@@ -328,8 +371,8 @@ void ParticleBody<Dim, R>::settle_band(Sweep what, std::size_t band, const std::
     const MovingParticles<Dim, R>& leaving = blocks_->bands()[source].leaving;
     const R* const fields = leaving.particle(i, blocks_->stride());
     const auto [block, lane] = blocks_->insert(leaving.targets[i].cell, fields);
-    for (const auto& row : block->tiles) {
-      for (Tile<Dim, R>* tile : row) grid_.prepare(*tile, band);
+    for (int row = 0; row < grid_.row_count(); ++row) {
+      for (Tile<Dim, R>* tile : block->tiles[row]) grid_.prepare(*tile, band);
     }
     map_arrival(what, *block, lane, fields);
   }
@@ -338,39 +381,54 @@ void ParticleBody<Dim, R>::settle_band(Sweep what, std::size_t band, const std::
 /// What the kernels do for the particles that stay: mass, momentum and force to the nodes of the cell.
 template <int Dim, class R>
 void ParticleBody<Dim, R>::map_arrival(Sweep what, const Block<Dim, R>& block, int lane, const R* fields) {
+  if (scheme_.shape == ShapeKind::linear)
+    map_arrival_with<ShapeLinear<R>>(what, block, lane, fields);
+  else
+    map_arrival_with<ShapeBSpline2<R>>(what, block, lane, fields);
+}
+
+template <int Dim, class R>
+template <class Shape>
+void ParticleBody<Dim, R>::map_arrival_with(Sweep what, const Block<Dim, R>& block, int lane, const R* fields) {
+  constexpr int n = Shape::k_nodes;
   const SlotLayout<Dim>& at = blocks_->layout();
   const R* const tau = fields + at.field_count;
   const R volume = at.volume >= 0 ? fields[at.volume] : static_cast<R>(uniform_volume_);
   const R m = volume * static_cast<R>(material_->density());
-  R w[Dim][2];
-  R dw[Dim][2];
+  R w[Dim][n], dw[Dim][n], away[Dim][n];
   for (int d = 0; d < Dim; ++d) {
-    const R x = fields[at.x + d];
-    w[d][0] = 1 - x;
-    w[d][1] = x;
-    dw[d][1] = static_cast<R>(1 / grid_.cell_size(d));
-    dw[d][0] = -dw[d][1];
+    const int cell = block.first[static_cast<std::size_t>(d)] + (d == 0 ? lane : 0);
+    const Shape shape(cell == 0 ? R(1) : R(0.5), cell == grid_.cells(d) - 1 ? R(1) : R(0.5));
+    const R h = static_cast<R>(grid_.cell_size(d));
+    shape.weights(fields[at.x + d], w[d], dw[d]);
+    for (int i = 0; i < n; ++i) {
+      dw[d][i] /= h;
+      away[d][i] = (shape.place(i) - fields[at.x + d]) * h;
+    }
   }
-  for (int row = 0; row < k_rows<Dim>; ++row) {
-    const int j = row % 2;
-    const int k = row / 2;
-    const R wz = Dim == 3 ? w[Dim - 1][k] : R{1};
-    for (int i = 0; i < 2; ++i) {
-      const int place = lane + i;
-      NodeValues<Dim, R>& nodes = block.tiles[row][place / k_lanes<R>]->values;
-      const int n = place % k_lanes<R>;
-      const R N = w[0][i] * w[1][j] * wz;
-      nodes.mass[n] += N * m;
-      for (int d = 0; d < Dim; ++d) nodes.momentum[d][n] += N * m * fields[at.v + d];
+  for (int row = 0; row < grid_.row_count(); ++row) {
+    for (int i = 0; i < n; ++i) {
+      const int index[3] = {i, row % n, row / n};
+      NodeValues<Dim, R>& nodes = block.tiles[row][(lane + i) / k_lanes<R>]->values;
+      const int node = (lane + i) % k_lanes<R>;
+      R N = 1;
+      for (int d = 0; d < Dim; ++d) N *= w[d][index[d]];
+      nodes.mass[node] += N * m;
+      for (int d = 0; d < Dim; ++d) {
+        R v = fields[at.v + d];
+        for (int c = 0; at.C >= 0 && c < Dim; ++c) v += fields[at.C + d * Dim + c] * away[c][index[c]];
+        nodes.momentum[d][node] += N * m * v;
+      }
       if (what == Sweep::usf_velocity) continue;
-      R dN[Dim];
-      dN[0] = dw[0][i] * w[1][j] * wz;
-      dN[1] = w[0][i] * dw[1][j] * wz;
-      if constexpr (Dim == 3) dN[2] = w[0][i] * w[1][j] * dw[2][k];
       for (int c = 0; c < Dim; ++c) {
         R sum = 0;
-        for (int d = 0; d < Dim; ++d) sum += tau[stress_index(c, d)] * dN[d];
-        nodes.force[c][n] -= volume * sum;
+        for (int d = 0; d < Dim; ++d) {
+          R dN = 1;
+          for (int e = 0; e < Dim; ++e) dN *= e == d ? dw[e][index[e]] : w[e][index[e]];
+          sum += tau[stress_index(c, d)] * dN;
+        }
+        nodes.force[c][node] -= volume * sum;
+        if (at.b >= 0) nodes.force[c][node] += N * m * fields[at.b + c];
       }
     }
   }

@@ -7,15 +7,24 @@
 
 namespace matpoint {
 
+/// What the solver chose for its bodies of particles.
+struct ParticleScheme {
+  ShapeKind shape = ShapeKind::linear;
+  Transfer transfer = Transfer::flip;
+  bool has_body_force = false;  ///< Particles carry a body force.
+};
+
 template <int Dim, class R>
 class ParticleBody final : public Body<Dim> {
  public:
   /// Fills the body's region. Throws InputError for an empty body and for particles outside the grid. The grid must outlive the body.
-  ParticleBody(const BodySpec& spec, Grid<Dim, R>& grid);
+  ParticleBody(const BodySpec& spec, const ParticleScheme& scheme, Grid<Dim, R>& grid);
 
   const std::string& name() const override { return name_; }
   Index particle_count() const override { return blocks_->count() + static_cast<Index>(outside_.size()); }
   void sweep(Sweep what, Real dt, Real flip) override;
+  void set_body_force(const std::vector<Real>& values) override;
+  Real body_force_power(const std::vector<Real>& values, Vec3& force) const override;
   Real viscous_dissipation() const override { return viscous_dissipation_; }
   BadPoint bad_point() const override { return bad_point_; }
   void append_escapes(std::size_t body, std::vector<Escape>& escapes) const override;
@@ -69,6 +78,9 @@ class ParticleBody final : public Body<Dim> {
   void settle(Sweep what);
   void settle_band(Sweep what, std::size_t band, const std::vector<std::pair<std::size_t, std::size_t>>& arrivals);
   void map_arrival(Sweep what, const Block<Dim, R>& block, int lane, const R* fields);
+  template <class Shape>
+  void map_arrival_with(Sweep what, const Block<Dim, R>& block, int lane, const R* fields);
+  SweepVariant variant() const;
   void keep_outside(const MovingParticles<Dim, R>& leaving, std::size_t i);
   void collect(Sweep what, const std::vector<BandReport>& reports);
   /// Calls f(band, ...) for all even bands, then for all odd ones.
@@ -86,6 +98,8 @@ class ParticleBody final : public Body<Dim> {
   template <int D, class Body, class Gather>
   friend Field gather_field(const Body&, const Material&, const std::string&, std::size_t, const std::string&, Gather&&);
   Vec3 position(const Particle& p) const { return p.position; }
+  /// Of the particle with the fields, whose place in the cells is `place`.
+  Vec3 position_of(const R* fields, int stride, Vec3 place) const;
   Vec3 velocity(const Particle& p) const;
   Real volume0(const Particle& p) const;
   Material::Matrix deformation_gradient(const Particle& p) const;
@@ -107,6 +121,7 @@ class ParticleBody final : public Body<Dim> {
 
   std::string name_;
   std::shared_ptr<Material> material_;
+  ParticleScheme scheme_;
   Grid<Dim, R>& grid_;
   const KernelTable<Dim, R>& kernels_;
   std::unique_ptr<Blocks> blocks_;
@@ -131,7 +146,9 @@ template <int Dim, class R>
 template <class F>
 void ParticleBody<Dim, R>::for_each_particle(F&& f) const {
   for (const Band& band : blocks_->bands()) {
-    blocks_->for_each(band, [&](const R* fields, const Vec3& position) { f(Particle{fields, k_lanes<R>, position}); });
+    blocks_->for_each(band, [&](const R* fields, const Vec3& place) {
+      f(Particle{fields, k_lanes<R>, position_of(fields, k_lanes<R>, place)});
+    });
   }
   for (const Outside& outside : outside_) f(particle_of(outside));
 }

@@ -10,6 +10,13 @@
 namespace matpoint {
 
 template <int Dim, class R>
+Vec3 ParticleBody<Dim, R>::position_of(const R* fields, int stride, Vec3 place) const {
+  for (int d = 0; d < Dim && blocks_->layout().u >= 0; ++d)
+    place[static_cast<std::size_t>(d)] += static_cast<Real>(fields[(blocks_->layout().u + d) * stride]);
+  return place;
+}
+
+template <int Dim, class R>
 Vec3 ParticleBody<Dim, R>::velocity(const Particle& p) const {
   Vec3 v{};
   for (int d = 0; d < Dim; ++d) v[static_cast<std::size_t>(d)] = p.field(blocks_->layout().v + d);
@@ -61,8 +68,8 @@ BodyTotals ParticleBody<Dim, R>::totals(const Vec3& gravity) const {
   std::vector<BodyTotals> parts(bands.size());
   parallel_for(static_cast<Index>(bands.size()), blocks_->count(), [&](Index b) {
     const auto s = static_cast<std::size_t>(b);
-    blocks_->for_each(bands[s], [&](const R* fields, const Vec3& x) {
-      add(parts[s], totals_of(Particle{fields, k_lanes<R>, x}, gravity));
+    blocks_->for_each(bands[s], [&](const R* fields, const Vec3& place) {
+      add(parts[s], totals_of(Particle{fields, k_lanes<R>, position_of(fields, k_lanes<R>, place)}, gravity));
     });
   });
   BodyTotals sum;
@@ -104,8 +111,8 @@ template <class F>
 void ParticleBody<Dim, R>::for_each_particle_in_parallel(F&& f) const {
   const std::vector<Band>& bands = blocks_->bands();
   parallel_for(static_cast<Index>(bands.size()), blocks_->count(), [&](Index b) {
-    blocks_->for_each(bands[static_cast<std::size_t>(b)], [&](const R* fields, const Vec3& position) {
-      f(Particle{fields, k_lanes<R>, position});
+    blocks_->for_each(bands[static_cast<std::size_t>(b)], [&](const R* fields, const Vec3& place) {
+      f(Particle{fields, k_lanes<R>, position_of(fields, k_lanes<R>, place)});
     });
   });
   for (const Outside& outside : outside_) f(particle_of(outside));
@@ -148,10 +155,44 @@ void ParticleBody<Dim, R>::change_each_particle(F&& f) {
 }
 
 template <int Dim, class R>
-void ParticleBody<Dim, R>::set_velocity(const std::vector<Real>& values) {
+void ParticleBody<Dim, R>::set_body_force(const std::vector<Real>& values) {
   change_each_particle([&](R* fields, int stride, std::size_t row) {
     for (int d = 0; d < Dim; ++d)
-      fields[(blocks_->layout().v + d) * stride] = static_cast<R>(values[row * Dim + static_cast<std::size_t>(d)]);
+      fields[(blocks_->layout().b + d) * stride] = static_cast<R>(values[row * Dim + static_cast<std::size_t>(d)]);
+  });
+}
+
+template <int Dim, class R>
+Real ParticleBody<Dim, R>::body_force_power(const std::vector<Real>& values, Vec3& force) const {
+  const std::vector<std::int32_t> rows = rows_of_ids();
+  // By id: the same bits for any number of threads and any history of the blocks.
+  std::vector<Vec3> velocities(static_cast<std::size_t>(id_count_), Vec3{});
+  std::vector<Real> mass(static_cast<std::size_t>(id_count_), 0);
+  for_each_particle_in_parallel([&](const Particle& p) {
+    const auto number = static_cast<std::size_t>(id(p));
+    mass[number] = volume0(p) * material_->density();
+    velocities[number] = velocity(p);
+  });
+  Real power = 0;
+  force = {};
+  for (std::size_t number = 0; number < rows.size(); ++number) {
+    if (rows[number] < 0) continue;
+    for (std::size_t d = 0; d < Dim; ++d) {
+      const Real f = mass[number] * values[static_cast<std::size_t>(rows[number]) * Dim + d];
+      force[d] += f;
+      power += f * velocities[number][d];
+    }
+  }
+  return power;
+}
+
+template <int Dim, class R>
+void ParticleBody<Dim, R>::set_velocity(const std::vector<Real>& values) {
+  change_each_particle([&](R* fields, int stride, std::size_t row) {
+    const SlotLayout<Dim>& at = blocks_->layout();
+    for (int d = 0; d < Dim; ++d) fields[(at.v + d) * stride] = static_cast<R>(values[row * Dim + static_cast<std::size_t>(d)]);
+    // The affine part belonged to the old velocities.
+    for (int e = 0; at.C >= 0 && e < Dim * Dim; ++e) fields[(at.C + e) * stride] = 0;
   });
 }
 
@@ -207,6 +248,17 @@ std::vector<Real> ParticleBody<Dim, R>::stresses_at_rest(const std::vector<Real>
 
 template <int Dim, class R>
 void ParticleBody<Dim, R>::set_position(const std::vector<Real>& values) {
+  if (blocks_->layout().u >= 0) {
+    // The particle keeps its place in the reference configuration.
+    std::vector<Real> old = field("position", 0).values;
+    change_each_particle([&](R* fields, int stride, std::size_t row) {
+      for (int d = 0; d < Dim; ++d) {
+        const std::size_t k = row * Dim + static_cast<std::size_t>(d);
+        fields[(blocks_->layout().u + d) * stride] += static_cast<R>(values[k] - old[k]);
+      }
+    });
+    return;
+  }
   if (!outside_.empty()) throw InputError("body \"{}\": position cannot be assigned while particles are outside of the grid", name_);
   for (std::size_t i = 0; i < values.size(); ++i) {
     const int d = static_cast<int>(i % Dim);

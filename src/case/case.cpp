@@ -282,6 +282,8 @@ void BodySpec::declare(ParameterTable<BodySpec>& table) {
   table.required("name", "1", &BodySpec::name, any_number(), "Names the body in results, probes and messages.");
   table.choice("method", &BodySpec::method, {{"particles", BodyMethod::particles}, {"elements", BodyMethod::elements}},
                "particles: material points; elements: a body of finite elements, the cells of the grid in the region (implicit solver).");
+  table.choice("formulation", &BodySpec::formulation, {{"updated", Formulation::updated}, {"total", Formulation::total}},
+               "Of particles, explicit solver: shape functions at their places now, or where they were at the start (total Lagrangian).");
   typed(table, "region", &BodySpec::region, region_registry, "What the body fills at the start; layout type = \"points\" needs none.",
         false);
   typed(table, "layout", &BodySpec::layout, layout_registry, "How particles fill the region; a body of elements has none.", false);

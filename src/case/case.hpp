@@ -10,11 +10,16 @@
 #include "case/implicit_spec.hpp"
 #include "case/step_rule.hpp"
 #include "core/parameters.hpp"
+#include "kernel/kernel.hpp"
 #include "material/material.hpp"
 
 namespace matpoint {
 
 enum class StressOrder { usl, usf, musl };
+/// How velocities go from the grid to the particles and back.
+enum class Transfer { flip, pic, apic, tpic };
+/// Where shape functions are taken: at the particles' places now, or in the reference configuration.
+enum class Formulation { updated, total };
 enum class OutsidePolicy { error, remove, stop };
 enum class BoundaryKind { fixed, slip, velocity, traction };
 
@@ -28,7 +33,8 @@ struct BodyForce {
   /// Fills `values` with dim numbers per point, for points at `positions` [m], dim numbers each, at time t [s]: the nodes of the grid in
   /// the order of their numbers (x fastest) in the explicit solver, the particles in the order of their ids in the implicit one.
   std::function<void(Real t, const std::vector<Real>& positions, std::vector<Real>& values)> at;
-  bool is_constant = false;  ///< In time: evaluated once.
+  bool is_constant = false;      ///< In time: evaluated once.
+  bool is_of_particles = false;  ///< Explicit solver: at the particles, in the order of their ids, instead of the nodes.
 };
 
 /// The background grid: a box of equal cells.
@@ -52,6 +58,7 @@ enum class BodyMethod { particles, elements };
 struct BodySpec {
   std::string name;
   BodyMethod method = BodyMethod::particles;
+  Formulation formulation = Formulation::updated;
   RegionPointer region;
   std::shared_ptr<Layout> layout;
   std::shared_ptr<VelocityField> velocity;  ///< Null: at rest.
@@ -86,6 +93,8 @@ struct BoundarySpec {
 struct SolverSpec {
   std::string type = "explicit";
   StressOrder stress_order = StressOrder::musl;
+  ShapeKind shape = ShapeKind::linear;
+  Transfer transfer = Transfer::flip;
   Real flip = 1;
   Real damping = 0;
   Real mass_cutoff_relative = 1e-3;

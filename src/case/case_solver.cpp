@@ -11,6 +11,8 @@ void check_solver(SolverSpec& solver, const Input& input, const ReadContext& con
   check_words({solver.type}, "type", {"explicit", "implicit"}, input, context);
   check_words({solver.precision}, "precision", {"double", "single"}, input, context);
   solver.mass_cutoff_place = at_key(input, solver.mass_cutoff ? "mass_cutoff" : "mass_cutoff_relative").place();
+  if (solver.transfer != Transfer::flip && is_given(input, "flip"))
+    fail_input(at_key(input, "flip"), context, "flip is the share of FLIP in transfer = \"flip\"; leave it out with the others");
   if (solver.mass_cutoff && is_given(input, "mass_cutoff_relative")) {
     fail_input(at_key(input, "mass_cutoff_relative"), context, "mass_cutoff and mass_cutoff_relative are both given; give one of them");
   }
@@ -58,11 +60,33 @@ void refuse_keys_of_other(const Input& input, const ReadContext& context, const 
 /// The given section, for the place of a message.
 const Input& section_of(const Input& input, const std::string& name) { return at_key(input, name); }
 
+/// What the shape functions and the formulation cannot do.
+void check_shape(const Case& problem, const Input& input) {
+  if (problem.solver.shape != ShapeKind::linear) {
+    const Input& grid = section_of(input, "grid");
+    if (!problem.grid.periodic.empty()) {
+      fail_case(at_key(grid, "periodic"), "grid",
+                "periodic sides are for solver.shape = \"linear\" only: B-splines end at the sides of the grid");
+    }
+    const Input& output = section_of(input, "output");
+    if (problem.output.grid) {
+      fail_case(at_key(output, "grid"), "output",
+                "grid = true is for solver.shape = \"linear\" only: the nodes of B-splines are control points, their values are no field");
+    }
+  }
+  for (const BodySpec& body : problem.bodies) {
+    if (body.formulation == Formulation::updated || problem.bodies.size() == 1) continue;
+    fail_case(Input::table().with_place(body.place), fmt::format("body {}", body.name),
+              "formulation = \"total\" is for cases with one body: in its reference configuration it does not meet others; use \"updated\"");
+  }
+}
+
 void check_for_explicit(const Case& problem, const Input& input) {
   const Input& grid = section_of(input, "grid");
   for (const char* key : {"grading", "refinements", "lines_x", "lines_y", "lines_z", "corners"}) {
     if (is_given(grid, key)) fail_case(at_key(grid, key), "grid", fmt::format("{} is for solver.type = \"implicit\" only", key));
   }
+  check_shape(problem, input);
   const Input& time = section_of(input, "time");
   if (problem.time.rule) fail_case(at_key(time, "rule"), "time", "rule is for solver.type = \"implicit\" only; automatic steps follow cfl");
   for (const BodySpec& body : problem.bodies) {
@@ -145,6 +169,7 @@ void check_for_implicit(const Case& problem, const Input& input) {
   for (const BodySpec& body : problem.bodies) {
     const Input place = Input::table().with_place(body.place);
     const std::string where = fmt::format("body {}", body.name);
+    if (body.formulation == Formulation::total) fail_case(place, where, "formulation = \"total\" is for solver.type = \"explicit\" only");
     if (body.method == BodyMethod::elements && !is_element)
       fail_case(place, where, "method = \"elements\" needs solver.basis = \"element\": its cells are elements of the background");
     if (body.method == BodyMethod::particles && ++particle_bodies > 1) {
@@ -241,7 +266,20 @@ void SolverSpec::declare(ParameterTable<SolverSpec>& table) {
   table.choice("stress_order", &SolverSpec::stress_order,
                {{"usl", StressOrder::usl}, {"usf", StressOrder::usf}, {"musl", StressOrder::musl}},
                "When a step updates the stress: last (usl), first (usf), or last from velocities mapped once more (musl).");
-  table.optional("flip", "1", &SolverSpec::flip, between_closed(0, 1), "Share of FLIP in the particles' velocity; the rest is PIC.");
+  table.choice("shape", &SolverSpec::shape, {{"linear", ShapeKind::linear}, {"bspline2", ShapeKind::bspline2}},
+               "Shape functions of the grid: linear, or quadratic B-splines that are clamped at the sides.");
+  table.choice("transfer", &SolverSpec::transfer,
+               {{"flip", Transfer::flip}, {"pic", Transfer::pic}, {"apic", Transfer::apic}, {"tpic", Transfer::tpic}},
+               "How velocities reach the particles: their changes (flip), themselves (pic), or themselves with an affine part (apic, tpic).");
+  table.custom(
+      {"flip", "1", "number", "1", "0 <= value <= 1", "Of transfer = \"flip\": its share in the particles' velocity; the rest is PIC.", false},
+      [](SolverSpec& solver, const Input& input, const ReadContext& context) {
+        read_value(input, context, "flip", between_closed(0, 1), solver.flip);
+      },
+      [](const SolverSpec& solver, int) -> std::optional<Input> {
+        if (solver.transfer != Transfer::flip) return std::nullopt;
+        return Input::real(solver.flip);
+      });
   table.optional("damping", "1/s", &SolverSpec::damping, non_negative(), "alpha of the nodal damping force alpha m v.");
   table.custom(
       {"mass_cutoff_relative", "1", "number", "0.001", ">= 0", "Nodes with less than this share of the smallest particle mass do not move.",

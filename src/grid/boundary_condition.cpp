@@ -113,7 +113,7 @@ std::optional<Vec3> BoundaryConditions<Dim, R>::place_in(std::size_t condition, 
       if (spec.region->contains(x)) return x;
     } else {
       const Side side = side_of(spec.side);
-      if (image[static_cast<std::size_t>(side.axis)] == (side.is_upper ? grid.cells(side.axis) : 0)) return x;
+      if (image[static_cast<std::size_t>(side.axis)] == (side.is_upper ? grid.nodes(side.axis) - 1 : 0)) return x;
     }
   }
   return std::nullopt;
@@ -133,7 +133,7 @@ bool BoundaryConditions<Dim, R>::has_node(std::size_t condition, const Grid<Dim,
       return static_cast<int>(std::clamp((x - grid.lower(d)) / grid.cell_size(d), Real{-1}, static_cast<Real>(grid.nodes(d))));
     };
     first[s] = std::max(0, node_at(lower[s]) - 1);
-    last[s] = std::min(grid.cells(d), node_at(upper[s]) + 1);
+    last[s] = std::min(grid.nodes(d) - 1, node_at(upper[s]) + grid.order());
     if (last[s] < first[s]) return false;
   }
   Place<Dim> node = first;

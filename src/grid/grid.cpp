@@ -15,7 +15,7 @@ constexpr int k_band_rows_max = 16;
 }  // namespace
 
 template <int Dim, class R>
-Grid<Dim, R>::Grid(const GridSpec& spec) {
+Grid<Dim, R>::Grid(const GridSpec& spec, ShapeKind shape) : order_(order_of(shape)) {
   for (int d = 0; d < Dim; ++d) {
     const auto s = static_cast<std::size_t>(d);
     lower_[d] = spec.lower[s];
@@ -27,7 +27,8 @@ Grid<Dim, R>::Grid(const GridSpec& spec) {
     has_periodic_ = has_periodic_ || is_periodic_[d];
   }
   const int rows = cells_[Dim - 1];
-  band_rows_ = std::clamp(rows / k_bands_wanted, 1, k_band_rows_max);
+  // A band may reach into the next one only.
+  band_rows_ = std::clamp(rows / k_bands_wanted, order_, k_band_rows_max);
   bands_.resize(static_cast<std::size_t>((rows + band_rows_ - 1) / band_rows_));
 }
 
@@ -63,8 +64,10 @@ Vec<Dim> Grid<Dim, R>::node_position(const Place<Dim>& node) const {
   Vec<Dim> position;
   for (int d = 0; d < Dim; ++d) {
     const auto s = static_cast<std::size_t>(d);
-    // The far side exactly, so that `side = "top"` and a region that ends there mean the same nodes.
-    position[s] = node[s] == cells_[d] ? upper_[d] : lower_[d] + node[s] * cell_size_[d];
+    // Between the sides, nodes of linear shapes stand at corners of cells, those of quadratic B-splines at centres. The far side exactly, so that
+    // `side = "top"` and a region that ends there mean the same nodes.
+    const Real place = order_ == 1 || node[s] == 0 ? node[s] : node[s] - 0.5;
+    position[s] = node[s] == nodes(d) - 1 ? upper_[d] : lower_[d] + place * cell_size_[d];
   }
   return position;
 }

@@ -2,8 +2,11 @@
 //
 // Nodes come in tiles, runs of `k_lanes` nodes along x; a tile exists while a particle may touch it, so memory and time follow the
 // material and not the box. Cells along the last axis are cut into bands, by the grid and never by the number of threads. A band owns its
-// rows of cells and the nodes at their lower side, so work on it touches its own tiles and the first row of the next band's: all even
+// rows of cells and the nodes at their lower side, so work on it touches its own tiles and the first rows of the next band's: all even
 // bands can be worked side by side, then all odd ones, and every node gets its sums in one order.
+//
+// Cell i of a direction has the nodes i, ..., i + order. Those of linear shapes are its corners; those of quadratic B-splines are control
+// points, which stand at the centres of the cells and on the two sides.
 #pragma once
 
 #include <unordered_map>
@@ -56,7 +59,7 @@ class Grid {
  public:
   using TileType = Tile<Dim, R>;
 
-  explicit Grid(const GridSpec& spec);
+  Grid(const GridSpec& spec, ShapeKind shape);
   ~Grid();
 
   /// Conditions for tiles that are made from now on; they must outlive the grid. To be called before any tile exists.
@@ -73,7 +76,10 @@ class Grid {
   Real upper(int d) const { return upper_[d]; }
   Real cell_size(int d) const { return cell_size_[d]; }
   int cells(int d) const { return cells_[d]; }
-  int nodes(int d) const { return cells_[d] + 1; }
+  int nodes(int d) const { return cells_[d] + order_; }
+  int order() const { return order_; }
+  /// Rows of nodes around a cell.
+  int row_count() const { return rows_of<Dim>(order_); }
   bool is_periodic(int d) const { return is_periodic_[d]; }
   bool has_periodic() const { return has_periodic_; }
   Index node_count() const;
@@ -144,6 +150,7 @@ class Grid {
   int cells_[Dim];
   bool is_periodic_[Dim];
   bool has_periodic_ = false;
+  int order_ = 1;
   int band_rows_ = 1;
   Arena tiles_;
   std::vector<Band> bands_;

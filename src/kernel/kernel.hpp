@@ -27,9 +27,20 @@ constexpr int k_stress_size = Dim == 2 ? 4 : 6;
 /// Where the stress component (row, column) is stored.
 constexpr int stress_index(int row, int column) { return row == column ? row : row + column == 1 ? 3 : row + column == 3 ? 4 : 5; }
 
-/// Rows of nodes around a cell.
+/// Shape functions of the background.
+enum class ShapeKind { linear, bspline2 };
+
+/// Nodes of a cell in each direction, beyond the first.
+constexpr int order_of(ShapeKind shape) { return shape == ShapeKind::linear ? 1 : 2; }
+constexpr int k_order_max = 2;
+
+/// Rows of nodes around a cell, for shapes of an order.
 template <int Dim>
-constexpr int k_rows = Dim == 2 ? 2 : 4;
+constexpr int rows_of(int order) {
+  return Dim == 2 ? order + 1 : (order + 1) * (order + 1);
+}
+template <int Dim>
+constexpr int k_rows_max = rows_of<Dim>(k_order_max);
 
 /// Slots that one call of a kernel works: their stresses and velocity gradients stay in the first-level cache.
 constexpr int k_chunk_slots = 8;
@@ -59,6 +70,9 @@ struct SlotLayout {
   int id = 0;                        ///< The id's bits; the last field.
   int volume = -1;                   ///< Reference volume [m^3], where it differs between particles.
   int tau = -1;                      ///< Kirchhoff stress [Pa] of laws that depend on the rate.
+  int C = -1;                        ///< Affine part of the velocity [1/s], dim x dim fields, row by row.
+  int u = -1;                        ///< Displacement [m], dim fields, of bodies whose x is their place in the reference configuration.
+  int b = -1;                        ///< Body force per mass [m/s^2], dim fields.
   int history = -1;
   int history_count = 0;
   int field_count = 0;
@@ -116,11 +130,12 @@ template <int Dim, class R>
 struct SweepChunk {
   int slot_count = 0;
   R* slots[k_chunk_slots] = {};
-  FetchRun fetch[k_chunk_slots + k_rows<Dim>];  ///< Slots and tiles of a block that comes soon, and its header.
+  FetchRun fetch[k_chunk_slots + k_rows_max<Dim>];  ///< Slots and tiles of a block that comes soon, and its header.
   int fetch_count = 0;
   alignas(64) R counts[k_lanes<R>] = {};        ///< Per lane: slots below this hold a particle.
-  int slots_in_use[k_parts_max];                ///< Per pack of lanes; the kernel fills it.
-  NodeValues<Dim, R>* nodes[k_rows<Dim>][2];    ///< The block's tile and the next one, per row of nodes.
+  int slots_in_use[k_parts_max];                 ///< Per pack of lanes; the kernel fills it.
+  int cell[Dim];                                 ///< The cell of lane 0.
+  NodeValues<Dim, R>* nodes[k_rows_max<Dim>][2];  ///< The block's tile and the next one, per row of nodes.
   Mover<R> movers[k_chunk_slots * k_lanes<R>];  ///< Out.
   int mover_count = 0;                          ///< Out.
   int bad_slot = -1;                            ///< Out, as in LawChunk.
@@ -136,6 +151,8 @@ struct SweepContext {
   Real dt = 0;
   R flip = 1;
   R inverse_cell_size[Dim] = {};
+  int cells[Dim] = {};         ///< Of the grid.
+  bool is_affine_full = false;  ///< The affine part is the velocity gradient (TPIC), not APIC's least-squares slope.
   const void* law = nullptr;
   LawKernel<Dim, R> law_kernel = nullptr;
   // Sums and extremes; the caller starts them.
@@ -161,11 +178,16 @@ struct NodalSums {
   Vec<Dim> cutoff_impulse{};
 };
 
+/// Sweeps are compiled for each shape, without and with an affine velocity. `plain` sweeps with linear shapes have no affine part, no
+/// displacements and no body forces of particles, and are the fastest.
+enum class SweepVariant { linear_plain, linear, linear_affine, bspline2, bspline2_affine };
+constexpr int k_variant_count = 5;
+
 /// All kernels of one instruction set. Chosen once, at set-up.
 template <int Dim, class R>
 struct KernelTable {
   using SweepKernel = void (*)(SweepContext<Dim, R>&, SweepChunk<Dim, R>&);
-  SweepKernel sweeps[k_sweep_count];
+  SweepKernel sweeps[k_variant_count][k_sweep_count];
   const LawKernel<Dim, R>* laws;  ///< In the order of AllLaws.
   /// v = p/m, a = 0 on nodes above the cutoff, into velocity; or into `second`.
   void (*advance)(NodeValues<Dim, R>&, const NodalDynamics<Dim>&, Real dt, const R* booked, NodalSums<Dim>&);

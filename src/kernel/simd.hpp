@@ -131,23 +131,23 @@ MPM_INLINE int slots_in_use(Pack<R> counts, int slot_count) {
   return static_cast<int>(most) < slot_count ? static_cast<int>(most) : slot_count;
 }
 
-/// Lanes 1, 2, ... of `low`, then lane 0 of `high`.
-template <class R, int... I>
+/// Lanes n, n + 1, ... of `low`, then the first n of `high`.
+template <int n, class R, int... I>
 MPM_INLINE Pack<R> shift_down(Pack<R> low, Pack<R> high, std::integer_sequence<int, I...>) {
-  return __builtin_shufflevector(low.v, high.v, (I + 1)...);
+  return __builtin_shufflevector(low.v, high.v, (I + n)...);
 }
-template <class R>
+template <int n = 1, class R>
 MPM_INLINE Pack<R> shift_down(Pack<R> low, Pack<R> high) {
-  return shift_down(low, high, std::make_integer_sequence<int, Pack<R>::k_width>{});
+  return shift_down<n>(low, high, std::make_integer_sequence<int, Pack<R>::k_width>{});
 }
-/// The last lane of `low`, then lanes 0, 1, ... of `high`.
-template <class R, int... I>
+/// The last n lanes of `low`, then lanes 0, 1, ... of `high`.
+template <int n, class R, int... I>
 MPM_INLINE Pack<R> shift_up(Pack<R> low, Pack<R> high, std::integer_sequence<int, I...>) {
-  return __builtin_shufflevector(low.v, high.v, (I + Pack<R>::k_width - 1)...);
+  return __builtin_shufflevector(low.v, high.v, (I + Pack<R>::k_width - n)...);
 }
-template <class R>
+template <int n = 1, class R>
 MPM_INLINE Pack<R> shift_up(Pack<R> low, Pack<R> high) {
-  return shift_up(low, high, std::make_integer_sequence<int, Pack<R>::k_width>{});
+  return shift_up<n>(low, high, std::make_integer_sequence<int, Pack<R>::k_width>{});
 }
 
 /// Whole numbers as reals: exact for |i| < 2^51 (2^22 in single precision). Adding the magic number puts i into the mantissa.

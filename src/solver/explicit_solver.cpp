@@ -19,21 +19,23 @@ ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
       body_force_(problem.body_force),
       stress_order_(problem.solver.stress_order),
       kernels_(kernel_table<Dim, R>()),
-      grid_(problem.grid),
+      grid_(problem.grid, problem.solver.shape),
       geometry_(grid_.geometry()),
       boundary_conditions_(problem.boundaries, grid_) {
   grid_.set_boundary_conditions(&boundary_conditions_);
   Real smallest_mass = std::numeric_limits<Real>::infinity();
+  const bool has_particle_force = body_force_ && body_force_->is_of_particles;
+  const ParticleScheme scheme{problem.solver.shape, problem.solver.transfer, has_particle_force};
   for (const BodySpec& spec : problem.bodies) {
-    bodies_.push_back(std::make_unique<ParticleBody<Dim, R>>(spec, grid_));
+    bodies_.push_back(std::make_unique<ParticleBody<Dim, R>>(spec, scheme, grid_));
     smallest_mass = std::min(smallest_mass, bodies_.back()->smallest_particle_mass());
   }
   std::copy_n(gravity_.begin(), Dim, dynamics_.gravity.begin());
   dynamics_.damping = problem.solver.damping;
-  dynamics_.flip = problem.solver.flip;
+  dynamics_.flip = problem.solver.transfer == Transfer::flip ? problem.solver.flip : 0;
   dynamics_.mass_cutoff = problem.solver.mass_cutoff.value_or(problem.solver.mass_cutoff_relative * smallest_mass);
   check_cutoff(problem.solver, smallest_mass);
-  if (body_force_) {
+  if (body_force_ && !has_particle_force) {
     constexpr Index k_nodes_max = 50'000'000;
     if (grid_.node_count() > k_nodes_max) {
       throw InputError("body_force: it is kept for all nodes of the grid, {} of them; at most {} are possible, so take larger cells",
@@ -46,11 +48,32 @@ ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
 
 template <int Dim, class R>
 void ExplicitSolver<Dim, R>::update_body_force(Real t) {
-  if (!body_force_ || (body_force_->is_constant && !body_force_values_.empty())) return;
+  if (!body_force_ || body_force_->is_of_particles || (body_force_->is_constant && !body_force_values_.empty())) return;
   body_force_values_.resize(static_cast<std::size_t>(grid_.node_count()) * Dim);
   if (node_positions_.empty()) node_positions_ = grid_.node_positions();
   body_force_->at(t, node_positions_, body_force_values_);
   grid_.copy_periodic(body_force_values_);
+}
+
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::update_particle_forces(Real t) {
+  if (!body_force_ || !body_force_->is_of_particles) return;
+  particle_forces_.resize(bodies_.size());
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const std::vector<Real> positions = bodies_[b]->field("position", b).values;
+    particle_forces_[b].assign(positions.size(), 0);
+    body_force_->at(t, positions, particle_forces_[b]);
+    bodies_[b]->set_body_force(particle_forces_[b]);
+  }
+}
+
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::book_particle_forces(const std::vector<std::vector<Real>>& forces, Real dt) {
+  for (std::size_t b = 0; b < forces.size(); ++b) {
+    Vec3 force;
+    ledger_.body_force_work += 0.5 * dt * bodies_[b]->body_force_power(forces[b], force);
+    for (std::size_t d = 0; d < 3; ++d) ledger_.body_force_impulse[d] += 0.5 * dt * force[d];
+  }
 }
 
 /// Where gravity changes, so does the gravitational energy of a body that stands still: work of the load.
@@ -97,6 +120,11 @@ void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
   update_body_force(t);
   update_gravity(t);
   if (!is_mapped_) start();
+  // The stress order decides when forces are mapped: at the start of a step, or at the end of the one before.
+  if (stress_order_ == StressOrder::usf) update_particle_forces(t);
+  const std::vector<std::vector<Real>> particle_forces = particle_forces_;
+  book_particle_forces(particle_forces, dt);
+  if (stress_order_ != StressOrder::usf) update_particle_forces(t + dt);
   // What leaves the grid in this step has been pulled for the whole of it.
   for (auto& body : bodies_) {
     for (std::size_t d = 0; d < Dim; ++d) ledger_.gravity_impulse[d] += body->mass() * dynamics_.gravity[d] * dt;
@@ -116,6 +144,7 @@ void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
     grid_.start_pass(Pass::advance, kernels_, dynamics_, t + dt, dt);
     sweep("g2p, stress, p2g", Sweep::usl, dt);
   }
+  book_particle_forces(particle_forces, dt);
   {
     Stage stage(profile_, "check");
     for (auto& body : bodies_) ledger_.viscous_dissipation += body->viscous_dissipation();
@@ -127,6 +156,7 @@ void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
 template <int Dim, class R>
 void ExplicitSolver<Dim, R>::start() {
   grid_.clear();
+  update_particle_forces(time_);
   grid_.start_pass(Grid<Dim, R>::NodePass::velocity_keep, kernels_, dynamics_, time_, 0);
   sweep("start", stress_order_ == StressOrder::usf ? Sweep::start_momentum : Sweep::start, 0);
   is_mapped_ = true;
@@ -182,6 +212,7 @@ template <int Dim, class R>
 void ExplicitSolver<Dim, R>::remove_escaped() {
   for (auto& body : bodies_) body->remove_escaped(gravity_, ledger_);
   escapes_.clear();
+  update_particle_forces(time_);
 }
 
 template <int Dim, class R>

@@ -39,6 +39,10 @@ class ExplicitSolver final : public Solver {
   void start();
   /// Evaluates the body force for a step from time t [s].
   void update_body_force(Real t);
+  /// The same for a body force of particles: what the next mapping takes to the nodes.
+  void update_particle_forces(Real t);
+  /// Half of the impulse and work of the body force of particles in a step.
+  void book_particle_forces(const std::vector<std::vector<Real>>& forces, Real dt);
   void update_gravity(Real t);
   void sweep(const char* label, Sweep what, Real dt);
   void check_state(Real t);
@@ -51,6 +55,7 @@ class ExplicitSolver final : public Solver {
   std::shared_ptr<BodyForce> body_force_;
   std::vector<Real> node_positions_;     ///< For the body force.
   std::vector<Real> body_force_values_;  ///< Dim per node [m/s^2]; empty without a body force.
+  std::vector<std::vector<Real>> particle_forces_;  ///< Of a body force of particles, now: per body, Dim per particle [m/s^2].
   StressOrder stress_order_;
   NodalDynamics<Dim> dynamics_;
   const KernelTable<Dim, R>& kernels_;

@@ -32,11 +32,25 @@ inline Matrix transpose(const Matrix& a) {
   return t;
 }
 
+/// a^-1, by cofactors.
+inline Matrix inverse(const Matrix& a) {
+  Matrix b;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      const std::size_t i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+      b[j][i] = (a[i1][j1] * a[i2][j2] - a[i1][j2] * a[i2][j1]) / determinant(a);
+    }
+  }
+  return b;
+}
+
 inline Real trace(const Matrix& a) { return a[0][0] + a[1][1] + a[2][2]; }
 
 struct ReferenceParticle {
   Vec3 x{};
+  Vec3 X{};  ///< At the start.
   Vec3 v{};
+  Matrix C{};  ///< Affine part of the velocity [1/s].
   Matrix F{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   Matrix sigma{};  ///< Cauchy stress [Pa]
   Real mass = 0;
@@ -112,6 +126,26 @@ inline ReferenceLaw reference_newtonian_fluid(Real kappa, Real gamma, Real visco
   return law;
 }
 
+/// B-spline `i` of degree `p` on a knot vector, at x: the recursion of Cox and de Boor. The last interval holds its end, too.
+inline Real bspline(const std::vector<Real>& knots, std::size_t i, int p, Real x) {
+  if (p == 0) {
+    const bool is_last = knots[i + 1] == knots.back() && knots[i] < knots[i + 1];
+    return knots[i] <= x && (x < knots[i + 1] || (is_last && x == knots[i + 1])) ? 1 : 0;
+  }
+  const auto n = static_cast<std::size_t>(p);
+  const auto share = [](Real a, Real b) { return b == 0 ? 0 : a / b; };
+  return share(x - knots[i], knots[i + n] - knots[i]) * bspline(knots, i, p - 1, x) +
+         share(knots[i + n + 1] - x, knots[i + n + 1] - knots[i + 1]) * bspline(knots, i + 1, p - 1, x);
+}
+
+/// Its derivative.
+inline Real bspline_slope(const std::vector<Real>& knots, std::size_t i, int p, Real x) {
+  const auto n = static_cast<std::size_t>(p);
+  const auto share = [](Real a, Real b) { return b == 0 ? 0 : a / b; };
+  return share(p, knots[i + n] - knots[i]) * bspline(knots, i, p - 1, x) -
+         share(p, knots[i + n + 1] - knots[i + 1]) * bspline(knots, i + 1, p - 1, x);
+}
+
 class ReferenceMpm {
  public:
   /// One node and component whose velocity is given as a function of time.
@@ -123,6 +157,9 @@ class ReferenceMpm {
 
   std::size_t dim = 2;
   StressOrder order = StressOrder::usl;
+  int degree = 1;  ///< Of the B-splines on clamped knots that are the shape functions; degree 1: hats.
+  Transfer transfer = Transfer::flip;
+  bool is_total = false;  ///< Shape functions in the reference configuration.
   Vec3 lower{};
   Vec3 h{1, 1, 1};
   std::array<int, 3> cells{1, 1, 1};
@@ -138,7 +175,8 @@ class ReferenceMpm {
   Real damping_dissipation = 0;  ///< Sum over free components of alpha p_i v_i(end) dt.
   Real viscous_dissipation = 0;  ///< Sum over particles of 2 mu d':d' J V0 dt.
 
-  int node_count() const { return (cells[0] + 1) * (cells[1] + 1) * (dim == 3 ? cells[2] + 1 : 1); }
+  int nodes(std::size_t d) const { return d < dim ? cells[d] + degree : 1; }
+  int node_count() const { return nodes(0) * nodes(1) * nodes(2); }
 
   void step(Real t, Real dt) {
     if (order == StressOrder::usf) {
@@ -164,31 +202,50 @@ class ReferenceMpm {
     int node;
     Real N;
     Vec3 dN;
+    Vec3 x;  ///< Of the node, for linear precision: the mean of the knots inside its function (Greville).
   };
 
-  /// The nodes around x; a particle on a node line belongs to the cell behind it, on the far side to the last cell.
-  std::vector<Corner> corners(const Vec3& x) const {
-    std::array<int, 3> cell{};
-    Vec3 xi{};
-    for (std::size_t d = 0; d < dim; ++d) {
-      const Real place = (x[d] - lower[d]) / h[d];
-      cell[d] = std::min(static_cast<int>(std::floor(place)), cells[d] - 1);
-      xi[d] = place - cell[d];
-    }
-    std::vector<Corner> out;
-    for (int a = 0; a < (1 << dim); ++a) {
-      std::array<int, 3> node = cell;
-      Vec3 w{1, 1, 1};
-      Vec3 dw{};
-      for (std::size_t d = 0; d < dim; ++d) {
-        const bool is_far = (a >> d & 1) != 0;
-        node[d] += is_far;
-        w[d] = is_far ? xi[d] : 1 - xi[d];
-        dw[d] = (is_far ? 1 : -1) / h[d];
+  /// In cell sides from the lower side of the grid.
+  std::vector<Real> knots(std::size_t d) const {
+    std::vector<Real> all(static_cast<std::size_t>(degree), 0);
+    for (int i = 0; i <= cells[d]; ++i) all.push_back(i);
+    all.insert(all.end(), static_cast<std::size_t>(degree), all.back());
+    return all;
+  }
+
+  /// All nodes whose functions do not vanish at the particle; one on a knot belongs to the cell behind it, on the far side to the last.
+  std::vector<Corner> corners(const ReferenceParticle& q) const {
+    const Vec3& x = is_total ? q.X : q.x;
+    std::array<std::vector<Real>, 3> N, dN, place;
+    for (std::size_t d = 0; d < 3; ++d) {
+      if (d >= dim) {
+        N[d] = {1};
+        dN[d] = {0};
+        place[d] = {0};
+        continue;
       }
-      out.push_back({(node[2] * (cells[1] + 1) + node[1]) * (cells[0] + 1) + node[0],
-                     w[0] * w[1] * w[2],
-                     {dw[0] * w[1] * w[2], w[0] * dw[1] * w[2], w[0] * w[1] * dw[2]}});
+      const std::vector<Real> t = knots(d);
+      for (std::size_t i = 0; i < static_cast<std::size_t>(nodes(d)); ++i) {
+        const Real here = (x[d] - lower[d]) / h[d];
+        N[d].push_back(bspline(t, i, degree, here));
+        dN[d].push_back(bspline_slope(t, i, degree, here) / h[d]);
+        Real sum = 0;
+        for (std::size_t k = 1; k <= static_cast<std::size_t>(degree); ++k) sum += t[i + k];
+        place[d].push_back(lower[d] + sum / degree * h[d]);
+      }
+    }
+    const auto near = [&](std::size_t d, std::size_t i) { return N[d][i] != 0 || dN[d][i] != 0; };
+    std::vector<Corner> out;
+    for (std::size_t k = 0; k < N[2].size(); ++k) {
+      for (std::size_t j = 0; j < N[1].size(); ++j) {
+        for (std::size_t i = 0; i < N[0].size() && near(2, k) && near(1, j); ++i) {
+          if (!near(0, i)) continue;
+          out.push_back({static_cast<int>((k * N[1].size() + j) * N[0].size() + i),
+                         N[0][i] * N[1][j] * N[2][k],
+                         {dN[0][i] * N[1][j] * N[2][k], N[0][i] * dN[1][j] * N[2][k], N[0][i] * N[1][j] * dN[2][k]},
+                         {place[0][i], place[1][j], place[2][k]}});
+        }
+      }
     }
     return out;
   }
@@ -201,13 +258,21 @@ class ReferenceMpm {
     p_.assign(at(node_count()), Vec3{});
     f_.assign(at(node_count()), Vec3{});
     for (const ReferenceParticle& q : particles) {
-      const std::vector<Corner> c = corners(q.x);
+      const std::vector<Corner> c = corners(q);
+      // Kirchhoff stress, or the first Piola-Kirchhoff stress J sigma F^-T.
+      Matrix S = q.sigma;
+      for (Vec3& row : S) {
+        for (Real& entry : row) entry *= determinant(q.F);
+      }
+      if (is_total) S = product(S, transpose(inverse(q.F)));
       for (const Corner& k : c) {
         m_[at(k.node)] += k.N * q.mass;
         for (std::size_t d = 0; d < dim; ++d) {
-          p_[at(k.node)][d] += k.N * q.mass * q.v[d];
+          Real v = q.v[d];
+          for (std::size_t e = 0; e < dim; ++e) v += q.C[d][e] * (k.x[e] - (is_total ? q.X : q.x)[e]);
+          p_[at(k.node)][d] += k.N * q.mass * v;
           f_[at(k.node)][d] += k.N * q.mass * gravity[d];
-          for (std::size_t e = 0; e < dim; ++e) f_[at(k.node)][d] -= q.V0 * determinant(q.F) * q.sigma[d][e] * k.dN[e];
+          for (std::size_t e = 0; e < dim; ++e) f_[at(k.node)][d] -= q.V0 * S[d][e] * k.dN[e];
         }
       }
     }
@@ -250,7 +315,7 @@ class ReferenceMpm {
 
   void gather_velocity(Real dt) {
     for (ReferenceParticle& q : particles) {
-      const std::vector<Corner> c = corners(q.x);
+      const std::vector<Corner> c = corners(q);
       for (std::size_t d = 0; d < dim; ++d) {
         Real flip_v = q.v[d];
         Real pic_v = 0;
@@ -258,21 +323,34 @@ class ReferenceMpm {
           flip_v += dt * k.N * a_[at(k.node)][d];
           pic_v += k.N * v_[at(k.node)][d];
         }
-        q.v[d] = flip * flip_v + (1 - flip) * pic_v;
+        const Real share = transfer == Transfer::flip ? flip : 0;
+        q.v[d] = share * flip_v + (1 - share) * pic_v;
+      }
+      if (transfer != Transfer::apic && transfer != Transfer::tpic) continue;
+      q.C = {};
+      for (std::size_t e = 0; e < dim; ++e) {
+        Real inertia = 0;
+        for (const Corner& k : c) inertia += k.N * std::pow(k.x[e] - (is_total ? q.X : q.x)[e], 2);
+        for (const Corner& k : c) {
+          // APIC: B D^-1 (Jiang et al. 2015); TPIC: the velocity gradient, which APIC is, too, in the limit of a particle on a node.
+          const Real weight = transfer == Transfer::tpic || inertia == 0 ? k.dN[e] : k.N * (k.x[e] - (is_total ? q.X : q.x)[e]) / inertia;
+          for (std::size_t d = 0; d < dim; ++d) q.C[d][e] += v_[at(k.node)][d] * weight;
+        }
       }
     }
   }
 
   void update_stress(Real dt) {
     for (ReferenceParticle& q : particles) {
-      const std::vector<Corner> c = corners(q.x);
+      const std::vector<Corner> c = corners(q);
       Matrix L{};
       for (const Corner& k : c) {
         for (std::size_t r = 0; r < dim; ++r) {
           for (std::size_t s = 0; s < dim; ++s) L[r][s] += v_[at(k.node)][r] * k.dN[s];
         }
       }
-      const Matrix change = product(L, q.F);
+      const Matrix change = is_total ? L : product(L, q.F);
+      if (is_total) L = product(L, inverse(q.F));
       for (std::size_t r = 0; r < 3; ++r) {
         for (std::size_t s = 0; s < 3; ++s) q.F[r][s] += dt * change[r][s];
       }
@@ -283,7 +361,7 @@ class ReferenceMpm {
 
   void move(Real dt) {
     for (ReferenceParticle& q : particles) {
-      const std::vector<Corner> c = corners(q.x);
+      const std::vector<Corner> c = corners(q);
       Vec3 u{};
       for (const Corner& k : c) {
         for (std::size_t d = 0; d < dim; ++d) u[d] += dt * k.N * v_[at(k.node)][d];

@@ -190,55 +190,5 @@ INSTANTIATE_TEST_SUITE_P(orders, SolverInvariants,
                            return order_name(parameter.param.order) + std::to_string(parameter.param.dim) + "d";
                          });
 
-/// The nodes' values of a + b . x in cell units, on the tile of 8 nodes at (row, tile).
-template <int Dim>
-struct LinearField {
-  Real a;
-  Vec<Dim> b;
-  alignas(64) mutable Real tile[k_rows<Dim>][2][k_lanes<Real>];
-  const Real* operator()(int row, int next) const {
-    for (int lane = 0; lane < k_lanes<Real>; ++lane) {
-      Real value = a + b[0] * (lane + next * k_lanes<Real>)+b[1] * (row % 2);
-      if constexpr (Dim == 3) value += b[2] * (row / 2);
-      tile[row][next][lane] = value;
-    }
-    return tile[row][next];
-  }
-};
-
-template <int Dim>
-void check_shape_functions(Real a, const Vec<Dim>& b) {
-  using P = Pack<Real>;
-  const LinearField<Dim> field{a, b, {}};
-  for (int part = 0; part < k_lanes<Real>; part += P::k_width) {
-    Multilinear<Dim, Real> nodes;
-    nodes.load(field, part);
-    for (int k = 0; k <= 100; ++k) {
-      P x[Dim], gradient[Dim];
-      Real exact = a;
-      for (int d = 0; d < Dim; ++d) {
-        const Real xi = d == 0 ? k / 100.0 : (17 * k % 101) / 100.0;
-        x[d] = P(xi);
-        exact += b[static_cast<std::size_t>(d)] * xi;
-      }
-      const P value = nodes.gradient(x, gradient);
-      for (int i = 0; i < P::k_width; ++i) {
-        // Sums of N_i and grad N_i against 1, x and 1 again: exact but for round-off of numbers up to about 20.
-        const Real here = exact + b[0] * (part + i);
-        EXPECT_NEAR(value.v[i], here, 20 * 1e-14);
-        EXPECT_NEAR(nodes.value(x).v[i], here, 20 * 1e-14);
-        for (int d = 0; d < Dim; ++d) EXPECT_NEAR(gradient[d].v[i], b[static_cast<std::size_t>(d)], 20 * 1e-14);
-      }
-    }
-  }
-}
-
-TEST(ShapeLinear, constants_and_linear_fields_are_reproduced_with_their_gradients) {
-  check_shape_functions<2>(1, {0, 0});
-  check_shape_functions<3>(1, {0, 0, 0});
-  check_shape_functions<2>(0.3, {1.1, -0.7});
-  check_shape_functions<3>(0.3, {1.1, -0.7, 0.45});
-}
-
 }  // namespace
 }  // namespace matpoint::test

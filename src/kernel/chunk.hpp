@@ -1,0 +1,95 @@
+// What the loops of a sweep share: its stages, and the buffers through which they hand over gradients, stresses and masses.
+#pragma once
+
+#include "kernel/shape.hpp"
+#include "kernel/simd.hpp"
+
+namespace matpoint {
+namespace {
+
+/// Which stages a sweep has.
+template <Sweep S>
+struct Stages {
+  static constexpr bool gathers_velocity = S == Sweep::usl || S == Sweep::musl_velocity || S == Sweep::usf_velocity;
+  static constexpr bool gathers_gradient = S == Sweep::usl || S == Sweep::musl_gradient || S == Sweep::usf_stress;
+  static constexpr bool moves = S == Sweep::usl || S == Sweep::musl_gradient || S == Sweep::usf_velocity;
+  static constexpr bool gathers = gathers_velocity || gathers_gradient || moves;
+  /// The gradient is taken of `second` where that holds a velocity.
+  static constexpr bool is_gradient_of_second = S == Sweep::musl_gradient || S == Sweep::usf_stress;
+  static constexpr bool has_law = S == Sweep::start || gathers_gradient;
+  static constexpr bool maps_mass = S != Sweep::musl_velocity && S != Sweep::usf_stress;
+  static constexpr bool maps_momentum = S != Sweep::usf_stress;
+  static constexpr bool maps_force = has_law;
+};
+
+/// What a variant of the sweeps has.
+template <SweepVariant V>
+struct Variant {
+  static constexpr bool is_plain = V == SweepVariant::linear_plain;
+  static constexpr bool is_affine = V == SweepVariant::linear_affine || V == SweepVariant::bspline2_affine;
+  static constexpr bool is_linear = V != SweepVariant::bspline2 && V != SweepVariant::bspline2_affine;
+  template <class T>
+  using Shape = std::conditional_t<is_linear, ShapeLinear<T>, ShapeBSpline2<T>>;
+  static constexpr int k_nodes = Shape<double>::k_nodes;
+};
+
+/// The shape functions of the cells from `lane` on, in one direction.
+template <SweepVariant V, int Dim, class R>
+MPM_INLINE typename Variant<V>::template Shape<Pack<R>> shape_of(const SweepContext<Dim, R>& context, const SweepChunk<Dim, R>& chunk,
+                                                                 int d, int lane) {
+  using P = Pack<R>;
+  P lower = P(0.5);
+  P upper = P(0.5);
+  for (int i = 0; i < P::k_width; ++i) {
+    const int cell = chunk.cell[d] + (d == 0 ? lane + i : 0);
+    if (cell == 0) lower.v[i] = 1;
+    if (cell == context.cells[d] - 1) upper.v[i] = 1;
+  }
+  return {lower, upper};
+}
+
+template <int Dim, class R>
+struct alignas(64) ChunkBuffers {
+  static constexpr int L = k_lanes<R>;
+  R L_grad[k_chunk_slots][Dim * Dim][L];
+  R tau[k_chunk_slots][k_stress_size<Dim>][L];
+  R P_stress[k_chunk_slots][Dim * Dim][L];  ///< First Piola-Kirchhoff stress [Pa], of bodies with displacements.
+  R mass[k_chunk_slots][L];                 ///< [kg] of the particles that are in their cell; 0 for those that left it, and for empty lanes.
+};
+
+/// Fetches what comes soon into the cache, two lines with every slot of every loop: a core can wait for some twenty lines at once, and
+/// drops what a burst asks for beyond that.
+class FetchAhead {
+ public:
+  FetchAhead(const FetchRun* runs, int count) : run_(runs), runs_end_(runs + count) {}
+
+  MPM_INLINE void next() {
+    if (line_ >= end_) [[unlikely]] {
+      if (run_ == runs_end_) return;
+      line_ = run_->begin;
+      end_ = run_->end;
+      ++run_;
+    }
+    __builtin_prefetch(line_, 1);
+    __builtin_prefetch(line_ + 64, 1);
+    line_ += 128;
+  }
+  void rest() {
+    while (line_ < end_ || run_ != runs_end_) next();
+  }
+
+ private:
+  const FetchRun* run_;
+  const FetchRun* runs_end_;
+  const char* line_ = nullptr;
+  const char* end_ = nullptr;
+};
+
+template <int Dim, class R>
+MPM_INLINE Pack<R> mass_of(const SweepContext<Dim, R>& context, const R* slot) {
+  if (context.layout.volume < 0) return Pack<R>(static_cast<double>(context.uniform_volume * context.density));
+  return Pack<R>::load(slot + context.layout.volume * k_lanes<R>) * Pack<R>(static_cast<double>(context.density));
+}
+
+}  // namespace
+}  // namespace matpoint

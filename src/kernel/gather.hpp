@@ -1,0 +1,274 @@
+// Grid to particles: velocity, velocity gradient, affine velocity, position.
+#pragma once
+
+#include "kernel/chunk.hpp"
+
+namespace matpoint {
+namespace {
+
+/// The lanes from `lane + n` on of a row of nodes, which go on in the next tile.
+template <int n, class R>
+MPM_INLINE Pack<R> load_shifted(const R* here, const R* next, int lane) {
+  using P = Pack<R>;
+  if constexpr (n == 0) {
+    return P::load(here + lane);
+  } else {
+    return lane + P::k_width < k_lanes<R> ? P::load_unaligned(here + lane + n) : shift_down<n>(P::load(here + lane), P::load(next));
+  }
+}
+
+/// One quantity at the nodes around each lane's cell, as the coefficients of its multilinear polynomial in xi: `Polynomial` below for linear
+/// shapes, written out.
+template <int Dim, class R>
+struct Multilinear {
+  using P = Pack<R>;
+  P c[1 << Dim];  // bit 0: x, bit 1: y, bit 2: z
+
+  /// `field(row, tile)`: the quantity in the block's tile (0) and in the next one (1); lanes from `lane` on.
+  template <class Field, class Shape>
+  MPM_INLINE void load(Field&& field, const Shape*, int lane) {
+    P at[1 << Dim];
+    for (int row = 0; row < rows_of<Dim>(1); ++row) {
+      at[2 * row] = load_shifted<0>(field(row, 0), field(row, 1), lane);
+      at[2 * row + 1] = load_shifted<1>(field(row, 0), field(row, 1), lane);
+    }
+    if constexpr (Dim == 2) {
+      c[0] = at[0];
+      c[1] = at[1] - at[0];
+      c[2] = at[2] - at[0];
+      c[3] = (at[3] - at[2]) - (at[1] - at[0]);
+    } else {
+      const P x00 = at[1] - at[0], x10 = at[3] - at[2], x01 = at[5] - at[4], x11 = at[7] - at[6];
+      c[0] = at[0];
+      c[1] = x00;
+      c[2] = at[2] - at[0];
+      c[3] = x10 - x00;
+      c[4] = at[4] - at[0];
+      c[5] = x01 - x00;
+      c[6] = (at[6] - at[4]) - (at[2] - at[0]);
+      c[7] = (x11 - x01) - (x10 - x00);
+    }
+  }
+  MPM_INLINE P value(const P* x) const {
+    if constexpr (Dim == 2) {
+      return c[0] + x[0] * c[1] + x[1] * (c[2] + x[0] * c[3]);
+    } else {
+      const P low = c[0] + x[0] * c[1] + x[1] * (c[2] + x[0] * c[3]);
+      const P high = c[4] + x[0] * c[5] + x[1] * (c[6] + x[0] * c[7]);
+      return low + x[2] * high;
+    }
+  }
+  /// Derivatives in xi, and the value.
+  MPM_INLINE P gradient(const P* x, const P*, P* d) const {
+    if constexpr (Dim == 2) {
+      d[0] = c[1] + x[1] * c[3];
+      d[1] = c[2] + x[0] * c[3];
+      return c[0] + x[0] * c[1] + x[1] * d[1];
+    } else {
+      const P cx = c[1] + x[2] * c[5];
+      const P cy = c[2] + x[2] * c[6];
+      const P cxy = c[3] + x[2] * c[7];
+      d[0] = cx + x[1] * cxy;
+      d[1] = cy + x[0] * cxy;
+      d[2] = c[4] + x[0] * c[5] + x[1] * (c[6] + x[0] * c[7]);
+      return c[0] + x[2] * c[4] + x[0] * cx + x[1] * d[1];
+    }
+  }
+};
+
+/// One quantity at the nodes around each lane's cell, as the coefficients of its polynomial of degree k_nodes - 1 in each direction.
+template <int Dim, class R, class Shape>
+struct Polynomial {
+  using P = Pack<R>;
+  static constexpr int n = Shape::k_nodes;
+  static constexpr int k_layers = Dim == 2 ? 1 : n;
+  P c[k_layers][n][n];  // z, y, x
+
+  template <class Field>
+  MPM_INLINE void load(Field&& field, const Shape* shapes, int lane) {
+    for (int k = 0; k < k_layers; ++k) {
+      for (int j = 0; j < n; ++j) {
+        const R* const here = field(k * n + j, 0);
+        const R* const next = field(k * n + j, 1);
+        P at[n];
+        at[0] = load_shifted<0>(here, next, lane);
+        at[1] = load_shifted<1>(here, next, lane);
+        if constexpr (n > 2) at[2] = load_shifted<2>(here, next, lane);
+        shapes[0].to_polynomial(at, c[k][j]);
+      }
+      for (int i = 0; i < n; ++i) {
+        P at[n], out[n];
+        for (int j = 0; j < n; ++j) at[j] = c[k][j][i];
+        shapes[1].to_polynomial(at, out);
+        for (int j = 0; j < n; ++j) c[k][j][i] = out[j];
+      }
+    }
+    if constexpr (Dim == 3) {
+      for (int j = 0; j < n; ++j) {
+        for (int i = 0; i < n; ++i) {
+          P at[n], out[n];
+          for (int k = 0; k < n; ++k) at[k] = c[k][j][i];
+          shapes[2].to_polynomial(at, out);
+          for (int k = 0; k < n; ++k) c[k][j][i] = out[k];
+        }
+      }
+    }
+  }
+  MPM_INLINE static P along(const P* a, P q) {
+    if constexpr (n == 2)
+      return a[0] + q * a[1];
+    else
+      return a[0] + q * (a[1] + q * a[2]);
+  }
+  /// `square_slope`: what the term q^2 rises by.
+  MPM_INLINE static P slope(const P* a, P square_slope) {
+    if constexpr (n == 2)
+      return a[1];
+    else
+      return a[1] + square_slope * a[2];
+  }
+  MPM_INLINE P value(const P* x) const {
+    P in_z[n];
+    for (int k = 0; k < k_layers; ++k) {
+      P in_y[n];
+      for (int j = 0; j < n; ++j) in_y[j] = along(c[k][j], x[0]);
+      in_z[k] = along(in_y, x[1]);
+    }
+    if constexpr (Dim == 3)
+      return along(in_z, x[2]);
+    else
+      return in_z[0];
+  }
+  /// Slopes in xi, and the value.
+  MPM_INLINE P gradient(const P* x, const P* square_slope, P* d) const {
+    P value_z[n], x_z[n], y_z[n];
+    for (int k = 0; k < k_layers; ++k) {
+      P value_y[n], x_y[n];
+      for (int j = 0; j < n; ++j) {
+        value_y[j] = along(c[k][j], x[0]);
+        x_y[j] = slope(c[k][j], square_slope[0]);
+      }
+      value_z[k] = along(value_y, x[1]);
+      x_z[k] = along(x_y, x[1]);
+      y_z[k] = slope(value_y, square_slope[1]);
+    }
+    if constexpr (Dim == 3) {
+      d[0] = along(x_z, x[2]);
+      d[1] = along(y_z, x[2]);
+      d[2] = slope(value_z, square_slope[2]);
+      return along(value_z, x[2]);
+    } else {
+      d[0] = x_z[0];
+      d[1] = y_z[0];
+      return value_z[0];
+    }
+  }
+};
+
+/// Velocity, velocity gradient and position of the particles from the grid (docs/theory.md, step 4), and their masses. Empty lanes are
+/// kept at rest inside the cell: whatever stands there must stay finite, for it is summed with a mass of zero.
+template <Sweep S, SweepVariant V, int Dim, class R>
+MPM_INLINE void gather(SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk, ChunkBuffers<Dim, R>& buffers, FetchAhead& ahead,
+                       int lane) {
+  using P = Pack<R>;
+  using Stage = Stages<S>;
+  using Shape = typename Variant<V>::template Shape<P>;
+  using Interpolant = std::conditional_t<Variant<V>::is_linear, Multilinear<Dim, R>, Polynomial<Dim, R, Shape>>;
+  constexpr int L = k_lanes<R>;
+  const SlotLayout<Dim>& at = context.layout;
+  const bool keeps_place = !Variant<V>::is_plain && at.u >= 0;
+  const P dt = P(context.dt);
+  const P flip = P(static_cast<double>(context.flip));
+  const P pic = P(1 - static_cast<double>(context.flip));
+  const P zero = P(0);
+  const P one = P(1);
+  P inverse_h[Dim], dt_over_h[Dim];
+  Shape shapes[Dim];
+  for (int d = 0; d < Dim; ++d) {
+    inverse_h[d] = P(static_cast<double>(context.inverse_cell_size[d]));
+    dt_over_h[d] = P(context.dt * static_cast<double>(context.inverse_cell_size[d]));
+    if constexpr (!Variant<V>::is_linear) shapes[d] = shape_of<V>(context, chunk, d, lane);
+  }
+  const P counts = P::load(chunk.counts + lane);
+  Interpolant velocity[Dim], second[Dim];
+  for (int d = 0; d < Dim; ++d) {
+    velocity[d].load([&](int row, int next) { return chunk.nodes[row][next]->velocity[d]; }, shapes, lane);
+    second[d].load([&](int row, int next) { return chunk.nodes[row][next]->second[d]; }, shapes, lane);
+  }
+  P speed_max[Dim];
+  for (int d = 0; d < Dim; ++d) speed_max[d] = P::load(context.speed_max[d] + lane);
+  const int slot_count = chunk.slots_in_use[lane / P::k_width];
+  P slots_below = zero;
+  for (int k = 0; k < slot_count; ++k, slots_below += one) {
+    R* const slot = chunk.slots[k] + lane;
+    ahead.next();
+    const Mask<R> live = counts > slots_below;
+    P x[Dim], square_slope[Dim], affine_slope[Dim];
+    for (int d = 0; d < Dim; ++d) {
+      x[d] = P::load(slot + (at.x + d) * L);
+      if constexpr (!Variant<V>::is_linear) square_slope[d] = x[d] + x[d];
+      if constexpr (Variant<V>::is_affine) affine_slope[d] = context.is_affine_full ? x[d] + x[d] : shapes[d].affine_slope(x[d]);
+    }
+    Mask<R> is_inside = live;
+    for (int d = 0; d < Dim; ++d) {
+      P grid_velocity;
+      if constexpr (Stage::gathers_gradient) {
+        P gradient[Dim];
+        const P value = (Stage::is_gradient_of_second ? second : velocity)[d].gradient(x, square_slope, gradient);
+        for (int c = 0; c < Dim; ++c) select(live, gradient[c] * inverse_h[c], zero).store(buffers.L_grad[k][d * Dim + c] + lane);
+        grid_velocity = Stage::is_gradient_of_second ? velocity[d].value(x) : value;
+      } else {
+        grid_velocity = velocity[d].value(x);
+      }
+      if constexpr (Stage::gathers_velocity) {
+        const P v = P::load(slot + (at.v + d) * L);
+        const P new_v = select(live, flip * (v + dt * second[d].value(x)) + pic * grid_velocity, zero);
+        new_v.store(slot + (at.v + d) * L);
+        speed_max[d] = max(speed_max[d], abs(new_v));
+        if constexpr (Variant<V>::is_affine) {
+          P gradient[Dim];
+          velocity[d].gradient(x, affine_slope, gradient);
+          for (int c = 0; c < Dim; ++c) select(live, gradient[c] * inverse_h[c], zero).store(slot + (at.C + d * Dim + c) * L);
+        }
+      }
+      if constexpr (Stage::moves) {
+        if (keeps_place) {
+          const P u = P::load(slot + (at.u + d) * L);
+          select(live, u + dt * grid_velocity, zero).store(slot + (at.u + d) * L);
+        } else {
+          const P moved = select(live, x[d] + dt_over_h[d] * grid_velocity, P(0.5));
+          moved.store(slot + (at.x + d) * L);
+          is_inside = is_inside & (moved >= zero) & (moved < one);
+        }
+      }
+    }
+    select(is_inside, mass_of(context, slot), zero).store(buffers.mass[k] + lane);
+    if constexpr (Stage::moves) {
+      if (!all_of(live, is_inside)) [[unlikely]] {
+        const Mask<R> has_left = live & ~is_inside;
+        for (int i = 0; i < P::k_width; ++i) {
+          if (has_left.v[i]) {
+            Mover<R>& mover = chunk.movers[chunk.mover_count++];
+            mover.slot = k;
+            mover.lane = lane + i;
+          }
+        }
+      }
+    }
+  }
+  for (int d = 0; d < Dim; ++d) speed_max[d].store(context.speed_max[d] + lane);
+}
+
+/// The masses alone, for the sweeps that gather nothing.
+template <int Dim, class R>
+MPM_INLINE void load_masses(const SweepContext<Dim, R>& context, const SweepChunk<Dim, R>& chunk, ChunkBuffers<Dim, R>& buffers, int lane) {
+  using P = Pack<R>;
+  const P counts = P::load(chunk.counts + lane);
+  for (int k = 0; k < chunk.slots_in_use[lane / P::k_width]; ++k) {
+    const Mask<R> live = counts > P(static_cast<double>(k));
+    select(live, mass_of(context, chunk.slots[k] + lane), P(0)).store(buffers.mass[k] + lane);
+  }
+}
+
+}  // namespace
+}  // namespace matpoint
