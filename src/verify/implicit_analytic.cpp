@@ -97,7 +97,7 @@ Real manufactured_error(const std::string& basis, int cells, Real A, Real dt, Re
   return std::sqrt(difference / size);
 }
 
-void add_manufactured(VerifySuite& suite) {
+void add_implicit_manufactured(VerifySuite& suite) {
   for (VerifyRow& row : acceptance_rows("implicit_acceptance")) {
     if (row.group == "implicit_mms") suite.rows.push_back(std::move(row));
   }
@@ -392,7 +392,7 @@ Real free_fall(const std::string& start, const std::string& basis, Real beta) {
 }  // namespace
 
 void add_implicit_analytic(VerifySuite& suite) {
-  add_manufactured(suite);
+  add_implicit_manufactured(suite);
   add_columns(suite);
   add_problem(suite,
               {"implicit_beam",

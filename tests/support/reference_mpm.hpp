@@ -213,10 +213,11 @@ class ReferenceMpm {
     return all;
   }
 
-  /// All nodes whose functions do not vanish at the particle; one on a knot belongs to the cell behind it, on the far side to the last.
+  /// The nodes whose functions live on the particle's cell; a particle on a knot belongs to the cell behind it, on the far side to the last.
   std::vector<Corner> corners(const ReferenceParticle& q) const {
     const Vec3& x = is_total ? q.X : q.x;
     std::array<std::vector<Real>, 3> N, dN, place;
+    std::array<std::size_t, 3> first{};
     for (std::size_t d = 0; d < 3; ++d) {
       if (d >= dim) {
         N[d] = {1};
@@ -225,8 +226,9 @@ class ReferenceMpm {
         continue;
       }
       const std::vector<Real> t = knots(d);
-      for (std::size_t i = 0; i < static_cast<std::size_t>(nodes(d)); ++i) {
-        const Real here = (x[d] - lower[d]) / h[d];
+      const Real here = (x[d] - lower[d]) / h[d];
+      first[d] = static_cast<std::size_t>(std::min(static_cast<int>(here), cells[d] - 1));
+      for (std::size_t i = first[d]; i <= first[d] + static_cast<std::size_t>(degree); ++i) {
         N[d].push_back(bspline(t, i, degree, here));
         dN[d].push_back(bspline_slope(t, i, degree, here) / h[d]);
         Real sum = 0;
@@ -234,13 +236,11 @@ class ReferenceMpm {
         place[d].push_back(lower[d] + sum / degree * h[d]);
       }
     }
-    const auto near = [&](std::size_t d, std::size_t i) { return N[d][i] != 0 || dN[d][i] != 0; };
-    std::vector<Corner> out;
+    const auto rows = [&](std::size_t d) { return static_cast<std::size_t>(nodes(d)); };
     for (std::size_t k = 0; k < N[2].size(); ++k) {
       for (std::size_t j = 0; j < N[1].size(); ++j) {
-        for (std::size_t i = 0; i < N[0].size() && near(2, k) && near(1, j); ++i) {
-          if (!near(0, i)) continue;
-          out.push_back({static_cast<int>((k * N[1].size() + j) * N[0].size() + i),
+        for (std::size_t i = 0; i < N[0].size(); ++i) {
+          out.push_back({static_cast<int>(((first[2] + k) * rows(1) + first[1] + j) * rows(0) + first[0] + i),
                          N[0][i] * N[1][j] * N[2][k],
                          {dN[0][i] * N[1][j] * N[2][k], N[0][i] * dN[1][j] * N[2][k], N[0][i] * N[1][j] * dN[2][k]},
                          {place[0][i], place[1][j], place[2][k]}});
