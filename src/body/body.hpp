@@ -17,6 +17,20 @@ struct BadPoint {
   Real J = 0;
 };
 
+/// Some nodes of a tile of the grid.
+template <int Dim>
+struct TileNodes {
+  std::array<int, Dim> first{};  ///< The first node of the tile.
+  std::vector<int> lanes;        ///< The nodes, by their place in the tile.
+};
+
+/// Where a body ends, as a node sees it.
+template <int Dim>
+struct NodeSurface {
+  Vec<Dim> outward{};   ///< Sum of J V0 grad N_i [m^(dim-1)].
+  Vec<Dim> centroid{};  ///< Mean of x_p, weighted by N_i m_p [m].
+};
+
 template <int Dim>
 class Body {
  public:
@@ -41,6 +55,9 @@ class Body {
   /// Particles that are outside of the grid.
   virtual void append_escapes(std::size_t body, std::vector<Escape>& escapes) const = 0;
   virtual void remove_escaped(const Vec3& gravity, Ledger& ledger) = 0;
+
+  /// Of the particles around each node: for contact.
+  virtual std::vector<NodeSurface<Dim>> surfaces(const TileNodes<Dim>& nodes) const = 0;
 
   /// Largest stable step [s] from the present state.
   virtual Real stable_dt() const = 0;

@@ -29,6 +29,7 @@ class ParticleBody final : public Body<Dim> {
   BadPoint bad_point() const override { return bad_point_; }
   void append_escapes(std::size_t body, std::vector<Escape>& escapes) const override;
   void remove_escaped(const Vec3& gravity, Ledger& ledger) override;
+  std::vector<NodeSurface<Dim>> surfaces(const TileNodes<Dim>& nodes) const override;
   Real stable_dt() const override;
   Real mass() const override { return mass_; }
   Real smallest_particle_mass() const override { return smallest_volume_ * material_->density(); }
@@ -81,6 +82,8 @@ class ParticleBody final : public Body<Dim> {
   template <class Shape>
   void map_arrival_with(Sweep what, const Block<Dim, R>& block, int lane, const R* fields);
   SweepVariant variant() const;
+  template <class Shape>
+  void add_surfaces(const TileNodes<Dim>& nodes, std::vector<NodeSurface<Dim>>& sums, std::vector<Real>& masses) const;
   void keep_outside(const MovingParticles<Dim, R>& leaving, std::size_t i);
   void collect(Sweep what, const std::vector<BandReport>& reports);
   /// Calls f(band, ...) for all even bands, then for all odd ones.

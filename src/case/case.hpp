@@ -18,6 +18,8 @@ namespace matpoint {
 enum class StressOrder { usl, usf, musl };
 /// How velocities go from the grid to the particles and back.
 enum class Transfer { flip, pic, apic, tpic };
+/// How bodies meet: in one velocity field, or each with its own and impulses between them.
+enum class ContactMethod { single_field, multi_field };
 /// Where shape functions are taken: at the particles' places now, or in the reference configuration.
 enum class Formulation { updated, total };
 enum class OutsidePolicy { error, remove, stop };
@@ -95,6 +97,8 @@ struct SolverSpec {
   StressOrder stress_order = StressOrder::musl;
   ShapeKind shape = ShapeKind::linear;
   Transfer transfer = Transfer::flip;
+  ContactMethod contact = ContactMethod::single_field;
+  Real friction = 0;  ///< Between bodies with velocity fields of their own [1].
   Real flip = 1;
   Real damping = 0;
   Real mass_cutoff_relative = 1e-3;

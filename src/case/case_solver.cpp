@@ -13,6 +13,8 @@ void check_solver(SolverSpec& solver, const Input& input, const ReadContext& con
   solver.mass_cutoff_place = at_key(input, solver.mass_cutoff ? "mass_cutoff" : "mass_cutoff_relative").place();
   if (solver.transfer != Transfer::flip && is_given(input, "flip"))
     fail_input(at_key(input, "flip"), context, "flip is the share of FLIP in transfer = \"flip\"; leave it out with the others");
+  if (solver.contact == ContactMethod::single_field && is_given(input, "friction"))
+    fail_input(at_key(input, "friction"), context, "friction is for contact = \"multi_field\": in one velocity field bodies stick");
   if (solver.mass_cutoff && is_given(input, "mass_cutoff_relative")) {
     fail_input(at_key(input, "mass_cutoff_relative"), context, "mass_cutoff and mass_cutoff_relative are both given; give one of them");
   }
@@ -73,6 +75,13 @@ void check_shape(const Case& problem, const Input& input) {
       fail_case(at_key(output, "grid"), "output",
                 "grid = true is for solver.shape = \"linear\" only: the nodes of B-splines are control points, their values are no field");
     }
+  }
+  if (problem.solver.contact == ContactMethod::multi_field) {
+    const Input& solver = section_of(input, "solver");
+    if (problem.bodies.size() < 2)
+      fail_case(at_key(solver, "contact"), "solver", "contact = \"multi_field\" is for two or more bodies, and the case has one");
+    if (!problem.grid.periodic.empty())
+      fail_case(at_key(solver, "contact"), "solver", "contact = \"multi_field\" cannot be used with periodic sides");
   }
   for (const BodySpec& body : problem.bodies) {
     if (body.formulation == Formulation::updated || problem.bodies.size() == 1) continue;
@@ -279,6 +288,18 @@ void SolverSpec::declare(ParameterTable<SolverSpec>& table) {
       [](const SolverSpec& solver, int) -> std::optional<Input> {
         if (solver.transfer != Transfer::flip) return std::nullopt;
         return Input::real(solver.flip);
+      });
+  table.choice("contact", &SolverSpec::contact,
+               {{"single_field", ContactMethod::single_field}, {"multi_field", ContactMethod::multi_field}},
+               "How bodies meet: in one velocity field, where they stick, or each in its own, where they touch, slide and part.");
+  table.custom(
+      {"friction", "1", "number", "0", ">= 0", "Coulomb's coefficient between the bodies of contact = \"multi_field\".", false},
+      [](SolverSpec& solver, const Input& input, const ReadContext& context) {
+        read_value(input, context, "friction", non_negative(), solver.friction);
+      },
+      [](const SolverSpec& solver, int) -> std::optional<Input> {
+        if (solver.contact == ContactMethod::single_field) return std::nullopt;
+        return Input::real(solver.friction);
       });
   table.optional("damping", "1/s", &SolverSpec::damping, non_negative(), "alpha of the nodal damping force alpha m v.");
   table.custom(

@@ -97,6 +97,10 @@ class Grid {
   /// the node's band, or the band before it while that is idle, may call this.
   TileType* acquire(const Place<Dim>& node);
   void release(TileType* tile);
+  /// The tile with the node, or null.
+  TileType* find(const Place<Dim>& node) const;
+  /// The tiles of a band of nodes, in the order in which they were made.
+  const std::vector<TileType*>& tiles(std::size_t band) const { return bands_[band].tiles; }
 
   /// Adds what periodic sides share; call after all bodies are mapped.
   enum class Fold { all, momentum, force };
@@ -134,7 +138,6 @@ class Grid {
   Index key_of(const Place<Dim>& node) const;
   int band_of_node_row(int row) const { return std::min(row / band_rows_, band_count() - 1); }
   void set_up(TileType& tile, const Place<Dim>& node) const;
-  TileType* find(const Place<Dim>& node) const;
   template <class F>
   void for_each_band(F&& f);
   void work_tile(TileType& tile, std::size_t band);

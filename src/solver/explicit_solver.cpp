@@ -10,6 +10,18 @@
 
 namespace matpoint {
 
+namespace {
+
+template <int Dim, class R>
+std::vector<std::unique_ptr<Grid<Dim, R>>> make_grids(const Case& problem) {
+  std::vector<std::unique_ptr<Grid<Dim, R>>> grids;
+  const std::size_t count = problem.solver.contact == ContactMethod::multi_field ? problem.bodies.size() : 1;
+  for (std::size_t g = 0; g < count; ++g) grids.push_back(std::make_unique<Grid<Dim, R>>(problem.grid, problem.solver.shape));
+  return grids;
+}
+
+}  // namespace
+
 template <int Dim, class R>
 ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
     : full_gravity_(problem.gravity),
@@ -19,15 +31,16 @@ ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
       body_force_(problem.body_force),
       stress_order_(problem.solver.stress_order),
       kernels_(kernel_table<Dim, R>()),
-      grid_(problem.grid, problem.solver.shape),
-      geometry_(grid_.geometry()),
-      boundary_conditions_(problem.boundaries, grid_) {
-  grid_.set_boundary_conditions(&boundary_conditions_);
+      grids_(make_grids<Dim, R>(problem)),
+      geometry_(grids_[0]->geometry()),
+      boundary_conditions_(problem.boundaries, *grids_[0]) {
+  for (auto& grid : grids_) grid->set_boundary_conditions(&boundary_conditions_);
   Real smallest_mass = std::numeric_limits<Real>::infinity();
   const bool has_particle_force = body_force_ && body_force_->is_of_particles;
   const ParticleScheme scheme{problem.solver.shape, problem.solver.transfer, has_particle_force};
   for (const BodySpec& spec : problem.bodies) {
-    bodies_.push_back(std::make_unique<ParticleBody<Dim, R>>(spec, scheme, grid_));
+    Grid<Dim, R>& grid = *grids_[std::min(bodies_.size(), grids_.size() - 1)];
+    bodies_.push_back(std::make_unique<ParticleBody<Dim, R>>(spec, scheme, grid));
     smallest_mass = std::min(smallest_mass, bodies_.back()->smallest_particle_mass());
   }
   std::copy_n(gravity_.begin(), Dim, dynamics_.gravity.begin());
@@ -35,13 +48,20 @@ ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
   dynamics_.flip = problem.solver.transfer == Transfer::flip ? problem.solver.flip : 0;
   dynamics_.mass_cutoff = problem.solver.mass_cutoff.value_or(problem.solver.mass_cutoff_relative * smallest_mass);
   check_cutoff(problem.solver, smallest_mass);
+  if (grids_.size() > 1) {
+    std::vector<Grid<Dim, R>*> grids;
+    std::vector<const Body<Dim>*> bodies;
+    for (const auto& grid : grids_) grids.push_back(grid.get());
+    for (const auto& body : bodies_) bodies.push_back(body.get());
+    contact_ = std::make_unique<Contact<Dim, R>>(std::move(grids), std::move(bodies), problem.solver.friction);
+  }
   if (body_force_ && !has_particle_force) {
     constexpr Index k_nodes_max = 50'000'000;
-    if (grid_.node_count() > k_nodes_max) {
+    if (node_count() > k_nodes_max) {
       throw InputError("body_force: it is kept for all nodes of the grid, {} of them; at most {} are possible, so take larger cells",
-                       grid_.node_count(), k_nodes_max);
+                       node_count(), k_nodes_max);
     }
-    grid_.set_body_force(&body_force_values_);
+    for (auto& grid : grids_) grid->set_body_force(&body_force_values_);
     update_body_force(0);
   }
 }
@@ -49,10 +69,10 @@ ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
 template <int Dim, class R>
 void ExplicitSolver<Dim, R>::update_body_force(Real t) {
   if (!body_force_ || body_force_->is_of_particles || (body_force_->is_constant && !body_force_values_.empty())) return;
-  body_force_values_.resize(static_cast<std::size_t>(grid_.node_count()) * Dim);
-  if (node_positions_.empty()) node_positions_ = grid_.node_positions();
+  body_force_values_.resize(static_cast<std::size_t>(node_count()) * Dim);
+  if (node_positions_.empty()) node_positions_ = grids_[0]->node_positions();
   body_force_->at(t, node_positions_, body_force_values_);
-  grid_.copy_periodic(body_force_values_);
+  grids_[0]->copy_periodic(body_force_values_);
 }
 
 template <int Dim, class R>
@@ -131,17 +151,17 @@ void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
   }
   using Pass = typename Grid<Dim, R>::NodePass;
   if (stress_order_ == StressOrder::usf) {
-    grid_.start_pass(Pass::velocity_keep, kernels_, dynamics_, t, dt);
+    start_pass(Pass::velocity_keep, t, dt);
     sweep("stress, p2g", Sweep::usf_stress, dt);
-    grid_.start_pass(Pass::advance, kernels_, dynamics_, t + dt, dt);
+    start_pass(Pass::advance, t + dt, dt);
     sweep("g2p, p2g", Sweep::usf_velocity, dt);
   } else if (stress_order_ == StressOrder::musl) {
-    grid_.start_pass(Pass::advance_keep, kernels_, dynamics_, t + dt, dt);
+    start_pass(Pass::advance_keep, t + dt, dt);
     sweep("g2p, p2g", Sweep::musl_velocity, dt);
-    grid_.start_pass(Pass::velocity, kernels_, dynamics_, t + dt, dt);
+    start_pass(Pass::velocity, t + dt, dt);
     sweep("gradient, stress, p2g", Sweep::musl_gradient, dt);
   } else {
-    grid_.start_pass(Pass::advance, kernels_, dynamics_, t + dt, dt);
+    start_pass(Pass::advance, t + dt, dt);
     sweep("g2p, stress, p2g", Sweep::usl, dt);
   }
   book_particle_forces(particle_forces, dt);
@@ -155,11 +175,38 @@ void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
 
 template <int Dim, class R>
 void ExplicitSolver<Dim, R>::start() {
-  grid_.clear();
+  for (auto& grid : grids_) grid->clear();
   update_particle_forces(time_);
-  grid_.start_pass(Grid<Dim, R>::NodePass::velocity_keep, kernels_, dynamics_, time_, 0);
+  start_pass(Grid<Dim, R>::NodePass::velocity_keep, time_, 0);
   sweep("start", stress_order_ == StressOrder::usf ? Sweep::start_momentum : Sweep::start, 0);
   is_mapped_ = true;
+}
+
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::start_pass(typename Grid<Dim, R>::NodePass pass, Real t, Real dt) {
+  using Pass = typename Grid<Dim, R>::NodePass;
+  for (auto& grid : grids_) grid->start_pass(pass, kernels_, dynamics_, t, dt);
+  if (!contact_ || pass == Pass::velocity_keep) return;
+  Stage stage(profile_, "contact");
+  using Change = typename Contact<Dim, R>::Change;
+  contact_->apply(pass == Pass::velocity ? Change::gradient : Change::motion, dynamics_, dt, ledger_);
+}
+
+template <int Dim, class R>
+std::vector<Field> ExplicitSolver<Dim, R>::grid_fields() const {
+  std::vector<Field> sum = grids_[0]->fields();
+  if (grids_.size() == 1) return sum;
+  // Of all velocity fields: the mass, and the velocity of the centre of mass.
+  std::vector<Real>& mass = sum[0].values;
+  std::vector<Real>& momentum = sum[1].values;
+  for (std::size_t k = 0; k < momentum.size(); ++k) momentum[k] *= mass[k / Dim];
+  for (std::size_t g = 1; g < grids_.size(); ++g) {
+    const std::vector<Field> one = grids_[g]->fields();
+    for (std::size_t k = 0; k < momentum.size(); ++k) momentum[k] += one[0].values[k / Dim] * one[1].values[k];
+    for (std::size_t n = 0; n < mass.size(); ++n) mass[n] += one[0].values[n];
+  }
+  for (std::size_t k = 0; k < momentum.size(); ++k) momentum[k] = mass[k / Dim] > 0 ? momentum[k] / mass[k / Dim] : 0;
+  return sum;
 }
 
 template <int Dim, class R>
@@ -169,10 +216,12 @@ void ExplicitSolver<Dim, R>::sweep(const char* label, Sweep what, Real dt) {
     for (auto& body : bodies_) body->sweep(what, dt, dynamics_.flip);
   }
   Stage stage(profile_, "grid");
-  grid_.finish_pass(ledger_);
-  // What earlier sweeps of the step have mapped is folded already.
   using Fold = typename Grid<Dim, R>::Fold;
-  grid_.fold_periodic(what == Sweep::usf_stress ? Fold::force : what == Sweep::musl_velocity ? Fold::momentum : Fold::all);
+  for (auto& grid : grids_) {
+    grid->finish_pass(ledger_);
+    // What earlier sweeps of the step have mapped is folded already.
+    grid->fold_periodic(what == Sweep::usf_stress ? Fold::force : what == Sweep::musl_velocity ? Fold::momentum : Fold::all);
+  }
 }
 
 template <int Dim, class R>
@@ -204,7 +253,7 @@ Real ExplicitSolver<Dim, R>::stable_dt() const {
   Real dt = std::numeric_limits<Real>::infinity();
   for (const auto& body : bodies_) dt = std::min(dt, body->stable_dt());
   const Real wall_speed = boundary_conditions_.greatest_speed(time_);
-  for (int d = 0; d < Dim && wall_speed > 0; ++d) dt = std::min(dt, grid_.cell_size(d) / wall_speed);
+  for (int d = 0; d < Dim && wall_speed > 0; ++d) dt = std::min(dt, grids_[0]->cell_size(d) / wall_speed);
   return dt;
 }
 
@@ -217,7 +266,8 @@ void ExplicitSolver<Dim, R>::remove_escaped() {
 
 template <int Dim, class R>
 Index ExplicitSolver<Dim, R>::memory() const {
-  Index bytes = grid_.memory();
+  Index bytes = 0;
+  for (const auto& grid : grids_) bytes += grid->memory();
   for (const auto& body : bodies_) bytes += body->memory();
   return bytes;
 }

@@ -3,6 +3,7 @@
 
 #include "body/body.hpp"
 #include "grid/boundary_condition.hpp"
+#include "grid/contact.hpp"
 #include "grid/grid.hpp"
 #include "solver/solver.hpp"
 
@@ -27,11 +28,11 @@ class ExplicitSolver final : public Solver {
   std::vector<std::string> field_names(std::size_t body) const override { return bodies_[body]->field_names(); }
   Field field(std::size_t body, const std::string& name) const override { return bodies_[body]->field(name, body); }
   void set_field(std::size_t body, const std::string& name, const std::vector<Real>& values) override;
-  std::vector<Field> grid_fields() const override { return grid_.fields(); }
+  std::vector<Field> grid_fields() const override;
   BodyTotals totals(std::size_t body) const override { return bodies_[body]->totals(gravity_); }
   const Ledger& ledger() const override { return ledger_; }
   const Profile& profile() const override { return profile_; }
-  Index node_count() const override { return grid_.node_count(); }
+  Index node_count() const override { return grids_[0]->node_count(); }
   Index memory() const override;
   Occupancy occupancy() const override;
 
@@ -44,6 +45,7 @@ class ExplicitSolver final : public Solver {
   /// Half of the impulse and work of the body force of particles in a step.
   void book_particle_forces(const std::vector<std::vector<Real>>& forces, Real dt);
   void update_gravity(Real t);
+  void start_pass(typename Grid<Dim, R>::NodePass pass, Real t, Real dt);
   void sweep(const char* label, Sweep what, Real dt);
   void check_state(Real t);
   void check_cutoff(const SolverSpec& spec, Real smallest_mass) const;
@@ -59,10 +61,12 @@ class ExplicitSolver final : public Solver {
   StressOrder stress_order_;
   NodalDynamics<Dim> dynamics_;
   const KernelTable<Dim, R>& kernels_;
-  Grid<Dim, R> grid_;
+  /// One for all bodies, or one for each of them.
+  std::vector<std::unique_ptr<Grid<Dim, R>>> grids_;
   GridGeometry geometry_;
   BoundaryConditions<Dim, R> boundary_conditions_;
-  std::vector<std::unique_ptr<Body<Dim>>> bodies_;  // after the grid that they point to
+  std::vector<std::unique_ptr<Body<Dim>>> bodies_;  // after the grids that they point to
+  std::unique_ptr<Contact<Dim, R>> contact_;         ///< Null with one grid.
   /// Whether the grid holds the particles' mass and momentum (and force): a cache between steps, the sweep that moves the particles
   /// has mapped them, too.
   bool is_mapped_ = false;

@@ -31,6 +31,7 @@ struct BodyTotals {
 struct Ledger {
   Real damping_dissipation = 0;  ///< [J]
   Real viscous_dissipation = 0;  ///< [J]
+  Real contact_dissipation = 0;  ///< Taken by the impulses of contact between bodies, friction included [J].
   Real boundary_work = 0;        ///< Work done by moving boundaries on the particles [J].
   Vec3 boundary_impulse{};       ///< [N s]
   Vec3 damping_impulse{};        ///< [N s]
@@ -49,7 +50,7 @@ struct Ledger {
 
   /// What the bodies have lost of their energy by all of this [J].
   Real energy_spent() const {
-    return damping_dissipation + viscous_dissipation - boundary_work - body_force_work + removed_energy + soft_dissipation - receding_work +
+    return damping_dissipation + viscous_dissipation + contact_dissipation - boundary_work - body_force_work + removed_energy + soft_dissipation - receding_work +
            integrator_loss + reset_loss;
   }
 };

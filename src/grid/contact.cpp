@@ -1,0 +1,193 @@
+#include "grid/contact.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/parallel.hpp"
+
+namespace matpoint {
+namespace {
+
+/// Of more than two bodies at a node, one impulse may undo another; so often are the pairs gone through.
+constexpr int k_rounds = 8;
+
+/// Bodies touch when their centroids are closer than this, in cell sides.
+constexpr Real k_touching = 0.8;
+
+template <int Dim>
+Real dot(const Vec<Dim>& a, const Vec<Dim>& b) {
+  Real sum = 0;
+  for (std::size_t d = 0; d < Dim; ++d) sum += a[d] * b[d];
+  return sum;
+}
+
+template <int Dim, class R>
+bool is_active(const NodeValues<Dim, R>& nodes, int lane, Real cutoff) {
+  return nodes.moved_mass[lane] > 0 && nodes.moved_mass[lane] >= cutoff;
+}
+
+/// What holds a node holds it against contact, too: takes back the part of a change that a condition forbids.
+template <int Dim, class R>
+void keep_conditions(const Tile<Dim, R>& tile, const std::vector<Vec<Dim>>& before, std::vector<Vec<Dim>>& after) {
+  for (const FixedComponent& fixed : tile.components) {
+    const auto lane = static_cast<std::size_t>(fixed.lane);
+    after[lane][static_cast<std::size_t>(fixed.component)] = before[lane][static_cast<std::size_t>(fixed.component)];
+  }
+  for (const FixedNormal<Dim>& fixed : tile.normals) {
+    const auto lane = static_cast<std::size_t>(fixed.lane);
+    const Real changed = dot<Dim>(fixed.n, after[lane]) - dot<Dim>(fixed.n, before[lane]);
+    for (std::size_t d = 0; d < Dim; ++d) after[lane][d] -= changed * fixed.correction[d];
+  }
+}
+
+}  // namespace
+
+template <int Dim, class R>
+void Contact<Dim, R>::apply(Change change, const NodalDynamics<Dim>& dynamics, Real dt, Ledger& ledger) {
+  const std::vector<std::vector<Shared>> shared = find_shared();
+  std::vector<Ledger> books(shared.size());
+  Index work_size = 0;
+  for (const auto& band : shared) work_size += static_cast<Index>(band.size()) * k_lanes<R>;
+  parallel_for(static_cast<Index>(shared.size()), work_size, [&](Index b) {
+    const auto band = static_cast<std::size_t>(b);
+    for (const Shared& one : shared[band]) work(one, band, change, dynamics, dt, books[band]);
+  });
+  // In the order of the bands: the same bits for any number of threads.
+  for (const Ledger& book : books) {
+    ledger.contact_dissipation += book.contact_dissipation;
+    ledger.boundary_work += book.boundary_work;
+    for (std::size_t d = 0; d < Dim; ++d) ledger.boundary_impulse[d] += book.boundary_impulse[d];
+  }
+}
+
+/// Per band of the grid.
+template <int Dim, class R>
+std::vector<std::vector<typename Contact<Dim, R>::Shared>> Contact<Dim, R>::find_shared() const {
+  std::vector<std::vector<Shared>> all(static_cast<std::size_t>(grids_[0]->band_count()));
+  for (std::size_t a = 0; a + 1 < grids_.size(); ++a) {
+    for (std::size_t band = 0; band < all.size(); ++band) {
+      for (Tile<Dim, R>* tile : grids_[a]->tiles(band)) {
+        Shared shared{{a}, {tile}};
+        for (std::size_t b = a + 1; b < grids_.size(); ++b) {
+          if (Tile<Dim, R>* const other = grids_[b]->find(tile->first)) {
+            shared.bodies.push_back(b);
+            shared.tiles.push_back(other);
+          }
+        }
+        if (shared.bodies.size() == 1) continue;
+        bool is_known = false;  // from a body before
+        for (std::size_t before = 0; before < a && !is_known; ++before) is_known = grids_[before]->find(tile->first) != nullptr;
+        if (!is_known) all[band].push_back(std::move(shared));
+      }
+    }
+  }
+  return all;
+}
+
+template <int Dim, class R>
+void Contact<Dim, R>::work(const Shared& shared, std::size_t band, Change change, const NodalDynamics<Dim>& dynamics, Real dt,
+                           Ledger& ledger) const {
+  const std::size_t count = shared.bodies.size();
+  std::vector<Velocities> before(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    grids_[shared.bodies[k]]->prepare(*shared.tiles[k], band);
+    const NodeValues<Dim, R>& nodes = shared.tiles[k]->values;
+    before[k].resize(k_lanes<R>);
+    for (std::size_t lane = 0; lane < k_lanes<R>; ++lane) {
+      for (std::size_t d = 0; d < Dim; ++d) before[k][lane][d] = (change == Change::motion ? nodes.velocity : nodes.second)[d][lane];
+    }
+  }
+  std::vector<Velocities> after = before;
+  bool is_changed = false;
+  for (int round = 0; round < (count == 2 ? 1 : k_rounds); ++round) {
+    bool is_changed_now = false;
+    for (std::size_t a = 0; a < count; ++a) {
+      for (std::size_t b = a + 1; b < count; ++b) is_changed_now = collide(shared, a, b, dynamics.mass_cutoff, after) || is_changed_now;
+    }
+    if (!is_changed_now) break;
+    is_changed = true;
+  }
+  if (!is_changed) return;
+  for (std::size_t k = 0; k < count; ++k) {
+    const Velocities wanted = after[k];
+    keep_conditions<Dim>(*shared.tiles[k], before[k], after[k]);
+    NodeValues<Dim, R>& nodes = shared.tiles[k]->values;
+    for (std::size_t lane = 0; lane < k_lanes<R>; ++lane) {
+      const Vec<Dim>& old = before[k][lane];
+      const Vec<Dim>& now = after[k][lane];
+      if (now == old && wanted[lane] == old) continue;
+      for (std::size_t d = 0; d < Dim; ++d) {
+        if (change == Change::gradient) {
+          nodes.second[d][lane] = static_cast<R>(now[d]);
+          continue;
+        }
+        nodes.velocity[d][lane] = static_cast<R>(now[d]);
+        nodes.second[d][lane] += static_cast<R>((now[d] - old[d]) / dt);
+        const Real impulse = nodes.moved_mass[lane] * (now[d] - wanted[lane][d]);
+        ledger.boundary_impulse[d] += impulse;
+        ledger.boundary_work += impulse * now[d];
+      }
+      if (change == Change::motion)
+        ledger.contact_dissipation += 0.5 * nodes.moved_mass[lane] * (dot<Dim>(old, old) - dot<Dim>(wanted[lane], wanted[lane]));
+    }
+  }
+}
+
+template <int Dim, class R>
+bool Contact<Dim, R>::touch(const NodeSurface<Dim>& a, const NodeSurface<Dim>& b, const Vec<Dim>& n) const {
+  Real distance = 0;
+  Real side = 0;
+  for (std::size_t d = 0; d < Dim; ++d) {
+    const Real along = n[d] * grids_[0]->cell_size(static_cast<int>(d));
+    distance += n[d] * (b.centroid[d] - a.centroid[d]);
+    side += along * along;
+  }
+  return distance < k_touching * std::sqrt(side);
+}
+
+/// Two bodies at the nodes of a tile. Returns whether anything changed.
+template <int Dim, class R>
+bool Contact<Dim, R>::collide(const Shared& shared, std::size_t a, std::size_t b, Real mass_cutoff,
+                              std::vector<Velocities>& velocities) const {
+  const NodeValues<Dim, R>& nodes_a = shared.tiles[a]->values;
+  const NodeValues<Dim, R>& nodes_b = shared.tiles[b]->values;
+  TileNodes<Dim> at{shared.tiles[a]->first, {}};
+  for (int lane = 0; lane < k_lanes<R>; ++lane) {
+    if (is_active(nodes_a, lane, mass_cutoff) && is_active(nodes_b, lane, mass_cutoff)) at.lanes.push_back(lane);
+  }
+  if (at.lanes.empty()) return false;
+  const std::vector<NodeSurface<Dim>> surfaces_a = bodies_[shared.bodies[a]]->surfaces(at);
+  const std::vector<NodeSurface<Dim>> surfaces_b = bodies_[shared.bodies[b]]->surfaces(at);
+  bool is_changed = false;
+  for (std::size_t i = 0; i < at.lanes.size(); ++i) {
+    const int lane = at.lanes[i];
+    Vec<Dim>& v_a = velocities[a][static_cast<std::size_t>(lane)];
+    Vec<Dim>& v_b = velocities[b][static_cast<std::size_t>(lane)];
+    Vec<Dim> n, sliding;
+    for (std::size_t d = 0; d < Dim; ++d) n[d] = surfaces_a[i].outward[d] - surfaces_b[i].outward[d];
+    const Real size = std::sqrt(dot<Dim>(n, n));
+    if (!(size > 0)) continue;
+    for (Real& component : n) component /= size;
+    const Real approach = dot<Dim>(v_a, n) - dot<Dim>(v_b, n);
+    if (approach <= 0 || !touch(surfaces_a[i], surfaces_b[i], n)) continue;
+    for (std::size_t d = 0; d < Dim; ++d) sliding[d] = v_a[d] - v_b[d] - approach * n[d];
+    const Real speed = std::sqrt(dot<Dim>(sliding, sliding));
+    const Real stopped = speed > 0 ? std::min(Real{1}, friction_ * approach / speed) : 0;
+    const Real m_a = nodes_a.moved_mass[lane];
+    const Real m_b = nodes_b.moved_mass[lane];
+    for (std::size_t d = 0; d < Dim; ++d) {
+      const Real relative = approach * n[d] + stopped * sliding[d];
+      v_a[d] -= m_b / (m_a + m_b) * relative;
+      v_b[d] += m_a / (m_a + m_b) * relative;
+    }
+    is_changed = true;
+  }
+  return is_changed;
+}
+
+template class Contact<2, double>;
+template class Contact<3, double>;
+template class Contact<2, float>;
+template class Contact<3, float>;
+
+}  // namespace matpoint
