@@ -80,6 +80,10 @@ void check_shape(const Case& problem, const Input& input) {
     const Input& solver = section_of(input, "solver");
     if (problem.bodies.size() < 2)
       fail_case(at_key(solver, "contact"), "solver", "contact = \"multi_field\" is for two or more bodies, and the case has one");
+    if (problem.solver.shape != ShapeKind::linear) {
+      fail_case(at_key(solver, "contact"), "solver",
+                "contact = \"multi_field\" is for shape = \"linear\" only: with wider shapes bodies that slide are held by their edges");
+    }
     if (!problem.grid.periodic.empty())
       fail_case(at_key(solver, "contact"), "solver", "contact = \"multi_field\" cannot be used with periodic sides");
   }

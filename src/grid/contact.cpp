@@ -145,6 +145,17 @@ bool Contact<Dim, R>::touch(const NodeSurface<Dim>& a, const NodeSurface<Dim>& b
   return distance < k_touching * std::sqrt(side);
 }
 
+/// From a to b, of length 1; 0 where neither body has a surface.
+template <int Dim, class R>
+Vec<Dim> Contact<Dim, R>::normal(const NodeSurface<Dim>& a, const NodeSurface<Dim>& b) const {
+  const Real size_a = std::sqrt(dot<Dim>(a.outward, a.outward));
+  const Real size_b = std::sqrt(dot<Dim>(b.outward, b.outward));
+  const Real size = std::max(size_a, size_b);
+  Vec<Dim> n{};
+  for (std::size_t d = 0; d < Dim && size > 0; ++d) n[d] = size_a >= size_b ? a.outward[d] / size : -b.outward[d] / size;
+  return n;
+}
+
 /// Two bodies at the nodes of a tile. Returns whether anything changed.
 template <int Dim, class R>
 bool Contact<Dim, R>::collide(const Shared& shared, std::size_t a, std::size_t b, Real mass_cutoff,
@@ -163,11 +174,9 @@ bool Contact<Dim, R>::collide(const Shared& shared, std::size_t a, std::size_t b
     const int lane = at.lanes[i];
     Vec<Dim>& v_a = velocities[a][static_cast<std::size_t>(lane)];
     Vec<Dim>& v_b = velocities[b][static_cast<std::size_t>(lane)];
-    Vec<Dim> n, sliding;
-    for (std::size_t d = 0; d < Dim; ++d) n[d] = surfaces_a[i].outward[d] - surfaces_b[i].outward[d];
-    const Real size = std::sqrt(dot<Dim>(n, n));
-    if (!(size > 0)) continue;
-    for (Real& component : n) component /= size;
+    Vec<Dim> sliding;
+    const Vec<Dim> n = normal(surfaces_a[i], surfaces_b[i]);
+    if (dot<Dim>(n, n) == 0) continue;
     const Real approach = dot<Dim>(v_a, n) - dot<Dim>(v_b, n);
     if (approach <= 0 || !touch(surfaces_a[i], surfaces_b[i], n)) continue;
     for (std::size_t d = 0; d < Dim; ++d) sliding[d] = v_a[d] - v_b[d] - approach * n[d];

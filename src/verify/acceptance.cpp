@@ -41,7 +41,7 @@ std::vector<VerifyRow> acceptance_rows(const std::string& table) {
 
 std::vector<VerifyRow> acceptance_rows() {
   std::vector<VerifyRow> rows;
-  for (const char* table : {"explicit_acceptance", "explicit_musl", "explicit_bspline"}) {
+  for (const char* table : {"explicit_acceptance", "explicit_musl", "explicit_remedies"}) {
     std::vector<VerifyRow> some = acceptance_rows(table);
     std::move(some.begin(), some.end(), std::back_inserter(rows));
   }

@@ -125,6 +125,65 @@ Measured disks_usl() {
   return m;
 }
 
+/// With a velocity field for each disk: when they begin to slow, and what becomes of the energy.
+Measured disks_contact(int divisions) {
+  const std::string layout = fmt::format(".layout.divisions=[{0},{0}]", divisions);
+  Simulation sim = make("disks", {"solver.stress_order=musl", "solver.contact=multi_field", "body.lower" + layout, "body.upper" + layout});
+  const std::string tail = fmt::format("_contact_{}", sim.solver().particle_count(0));
+  const Real start = kinetic_energy(sim);
+  Measured m;
+  m["E_max_over_E0" + tail] = 1;
+  m["momentum" + tail] = 0;
+  every(sim, 10, [&](const Simulation& s) {
+    const Real kinetic = kinetic_energy(s);
+    if (kinetic < start * (1 - 1e-4) && m.count("t_contact" + tail) == 0) m["t_contact" + tail] = s.time();
+    m["E_max_over_E0" + tail] = std::max(m["E_max_over_E0" + tail], energy(s) / start);
+    for (const Real p : momentum(s)) m["momentum" + tail] = std::max(m["momentum" + tail], std::abs(p));
+  });
+  sim.run();
+  m["E_end_over_E0" + tail] = energy(sim) / start;
+  return m;
+}
+
+/// A block slides down an incline of 30 degrees with the coefficient of friction 0.3: its speed over the exact one, after half a second.
+Measured sliding_block() {
+  Case problem = case_from_text("incline", R"(
+gravity = [4.905, -8.495709211]
+[grid]
+upper = [2.4, 0.6]
+cell_size = 0.05
+[time]
+end = 0.5
+cfl = 0.3
+[solver]
+contact = "multi_field"
+friction = 0.3
+[[body]]
+name = "base"
+region = { type = "box", lower = [0, 0], upper = [2.4, 0.2] }
+layout = { type = "per_cell", count = 4 }
+material = { type = "neo_hookean", density = 1000, youngs_modulus = 1e6, poissons_ratio = 0.3 }
+[[body]]
+name = "block"
+region = { type = "box", lower = [0.2, 0.2], upper = [0.4, 0.4] }
+layout = { type = "per_cell", count = 4 }
+material = { type = "neo_hookean", density = 1000, youngs_modulus = 1e5, poissons_ratio = 0.3 }
+[[boundary]]
+side = "bottom"
+kind = "fixed"
+[[boundary]]
+side = "left"
+kind = "fixed"
+[[boundary]]
+side = "right"
+kind = "fixed"
+)");
+  Simulation sim(problem);
+  sim.run();
+  const BodyTotals block = sim.solver().totals(1);
+  return {{"incline_30_mu0.3_speed_ratio", block.momentum[0] / block.mass / ((4.905 - 0.3 * 8.495709211) * sim.time())}};
+}
+
 Measured disks_musl() {
   Simulation sim = make("disks", {"solver.stress_order=musl"});
   sim.run();
@@ -363,6 +422,14 @@ void add_solid_jobs(JobList& jobs) {
             "total_momentum_abs", "TE_end_over_TE0"},
            [] { return disks_usl(); });
   jobs.add("disks, 316 points, MUSL", Presets::both, 3e7, {"TE_end_over_TE0_musl"}, [] { return disks_musl(); });
+  for (const auto& [divisions, points] : {std::pair<int, int>(10, 316), {31, 3016}}) {
+    const std::string tail = fmt::format("_contact_{}", points);
+    jobs.add(fmt::format("disks, {} points, contact", points), Presets::both, 1e5 * points,
+             {"t_contact" + tail, "E_max_over_E0" + tail, "E_end_over_E0" + tail, "momentum" + tail},
+             [divisions = divisions] { return disks_contact(divisions); });
+  }
+  jobs.start("incline", "incline");
+  jobs.add("block on an incline, contact", Presets::both, 1e7, {"incline_30_mu0.3_speed_ratio"}, [] { return sliding_block(); });
 }
 
 void add_fluid_jobs(JobList& jobs) {
