@@ -6,8 +6,7 @@ namespace matpoint {
 
 template <int Dim, class R>
 template <class Shape>
-void ParticleBody<Dim, R>::add_surfaces(const TileNodes<Dim>& nodes, std::vector<NodeSurface<Dim>>& sums,
-                                        std::vector<Real>& masses) const {
+void ParticleBody<Dim, R>::add_surfaces(const TileNodes<Dim>& nodes, std::vector<NodeSurface<Dim>>& sums, std::vector<Real>& masses) const {
   constexpr int n = Shape::k_nodes;
   constexpr int L = k_lanes<R>;
   const SlotLayout<Dim>& at = blocks_->layout();

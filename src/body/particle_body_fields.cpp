@@ -92,7 +92,9 @@ BodyTotals ParticleBody<Dim, R>::totals(const Vec3& gravity) const {
 
 template <int Dim, class R>
 std::vector<std::string> ParticleBody<Dim, R>::field_names() const {
-  return particle_field_names();
+  std::vector<std::string> names = particle_field_names();
+  if (blocks_->layout().C >= 0) names.push_back("affine_velocity");
+  return names;
 }
 
 template <int Dim, class R>
@@ -133,11 +135,25 @@ Field ParticleBody<Dim, R>::field(const std::string& name, std::size_t body) con
     });
     return field;
   };
+  const int C = blocks_->layout().C;
+  if (name == "affine_velocity" && C >= 0) {
+    return gather("1/s", 9, [&](const Particle& p) {
+      Material::Matrix affine{};
+      for (int r = 0; r < Dim; ++r) {
+        for (int c = 0; c < Dim; ++c) affine[static_cast<std::size_t>(3 * r + c)] = p.field(C + r * Dim + c);
+      }
+      return affine;
+    });
+  }
   return gather_field<Dim>(*this, *material_, name_, body, name, gather);
 }
 
 template <int Dim, class R>
 void ParticleBody<Dim, R>::set_field(const std::string& name, const std::vector<Real>& values) {
+  if (name == "affine_velocity" && blocks_->layout().C >= 0) {
+    set_affine_velocity(values);
+    return;
+  }
   check_assigned_field(name_, name, particle_count(), Dim, values);
   if (name == "velocity") set_velocity(values);
   if (name == "position") set_position(values);
@@ -193,6 +209,25 @@ void ParticleBody<Dim, R>::set_velocity(const std::vector<Real>& values) {
     for (int d = 0; d < Dim; ++d) fields[(at.v + d) * stride] = static_cast<R>(values[row * Dim + static_cast<std::size_t>(d)]);
     // The affine part belonged to the old velocities.
     for (int e = 0; at.C >= 0 && e < Dim * Dim; ++e) fields[(at.C + e) * stride] = 0;
+  });
+}
+
+template <int Dim, class R>
+void ParticleBody<Dim, R>::set_affine_velocity(const std::vector<Real>& values) {
+  if (values.size() != 9 * static_cast<std::size_t>(particle_count())) {
+    throw InputError("body \"{}\": affine_velocity needs 9 numbers for each of its {} particles, got {} numbers", name_, particle_count(),
+                     values.size());
+  }
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!std::isfinite(values[i]))
+      throw InputError("body \"{}\": affine_velocity of particle row {} is not finite: {}", name_, i / 9, values[i]);
+  }
+  const int C = blocks_->layout().C;
+  change_each_particle([&](R* fields, int stride, std::size_t row) {
+    for (int r = 0; r < Dim; ++r) {
+      for (int c = 0; c < Dim; ++c)
+        fields[(C + r * Dim + c) * stride] = static_cast<R>(values[9 * row + static_cast<std::size_t>(3 * r + c)]);
+    }
   });
 }
 

@@ -89,8 +89,9 @@ void check_shape(const Case& problem, const Input& input) {
   }
   for (const BodySpec& body : problem.bodies) {
     if (body.formulation == Formulation::updated || problem.bodies.size() == 1) continue;
-    fail_case(Input::table().with_place(body.place), fmt::format("body {}", body.name),
-              "formulation = \"total\" is for cases with one body: in its reference configuration it does not meet others; use \"updated\"");
+    fail_case(
+        Input::table().with_place(body.place), fmt::format("body {}", body.name),
+        "formulation = \"total\" is for cases with one body: in its reference configuration it does not meet others; use \"updated\"");
   }
 }
 
@@ -281,11 +282,13 @@ void SolverSpec::declare(ParameterTable<SolverSpec>& table) {
                "When a step updates the stress: last (usl), first (usf), or last from velocities mapped once more (musl).");
   table.choice("shape", &SolverSpec::shape, {{"linear", ShapeKind::linear}, {"bspline2", ShapeKind::bspline2}},
                "Shape functions of the grid: linear, or quadratic B-splines that are clamped at the sides.");
-  table.choice("transfer", &SolverSpec::transfer,
-               {{"flip", Transfer::flip}, {"pic", Transfer::pic}, {"apic", Transfer::apic}, {"tpic", Transfer::tpic}},
-               "How velocities reach the particles: their changes (flip), themselves (pic), or themselves with an affine part (apic, tpic).");
+  table.choice(
+      "transfer", &SolverSpec::transfer,
+      {{"flip", Transfer::flip}, {"pic", Transfer::pic}, {"apic", Transfer::apic}, {"tpic", Transfer::tpic}},
+      "How velocities reach the particles: their changes (flip), themselves (pic), or themselves with an affine part (apic, tpic).");
   table.custom(
-      {"flip", "1", "number", "1", "0 <= value <= 1", "Of transfer = \"flip\": its share in the particles' velocity; the rest is PIC.", false},
+      {"flip", "1", "number", "1", "0 <= value <= 1", "Of transfer = \"flip\": its share in the particles' velocity; the rest is PIC.",
+       false},
       [](SolverSpec& solver, const Input& input, const ReadContext& context) {
         read_value(input, context, "flip", between_closed(0, 1), solver.flip);
       },

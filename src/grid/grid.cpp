@@ -64,8 +64,8 @@ Vec<Dim> Grid<Dim, R>::node_position(const Place<Dim>& node) const {
   Vec<Dim> position;
   for (int d = 0; d < Dim; ++d) {
     const auto s = static_cast<std::size_t>(d);
-    // Between the sides, nodes of linear shapes stand at corners of cells, those of quadratic B-splines at centres. The far side exactly, so that
-    // `side = "top"` and a region that ends there mean the same nodes.
+    // Between the sides, nodes of linear shapes stand at corners of cells, those of quadratic B-splines at centres. The far side exactly,
+    // so that `side = "top"` and a region that ends there mean the same nodes.
     const Real place = order_ == 1 || node[s] == 0 ? node[s] : node[s] - 0.5;
     position[s] = node[s] == nodes(d) - 1 ? upper_[d] : lower_[d] + place * cell_size_[d];
   }

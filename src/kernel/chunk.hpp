@@ -54,7 +54,7 @@ struct alignas(64) ChunkBuffers {
   R L_grad[k_chunk_slots][Dim * Dim][L];
   R tau[k_chunk_slots][k_stress_size<Dim>][L];
   R P_stress[k_chunk_slots][Dim * Dim][L];  ///< First Piola-Kirchhoff stress [Pa], of bodies with displacements.
-  R mass[k_chunk_slots][L];                 ///< [kg] of the particles that are in their cell; 0 for those that left it, and for empty lanes.
+  R mass[k_chunk_slots][L];  ///< [kg] of the particles that are in their cell; 0 for those that left it, and for empty lanes.
 };
 
 /// Fetches what comes soon into the cache, two lines with every slot of every loop: a core can wait for some twenty lines at once, and

@@ -17,8 +17,8 @@ MPM_INLINE Pack<R> load_shifted(const R* here, const R* next, int lane) {
   }
 }
 
-/// One quantity at the nodes around each lane's cell, as the coefficients of its multilinear polynomial in xi: `Polynomial` below for linear
-/// shapes, written out.
+/// One quantity at the nodes around each lane's cell, as the coefficients of its multilinear polynomial in xi: `Polynomial` below for
+/// linear shapes, written out.
 template <int Dim, class R>
 struct Multilinear {
   using P = Pack<R>;

@@ -132,13 +132,13 @@ struct SweepChunk {
   R* slots[k_chunk_slots] = {};
   FetchRun fetch[k_chunk_slots + k_rows_max<Dim>];  ///< Slots and tiles of a block that comes soon, and its header.
   int fetch_count = 0;
-  alignas(64) R counts[k_lanes<R>] = {};        ///< Per lane: slots below this hold a particle.
-  int slots_in_use[k_parts_max];                 ///< Per pack of lanes; the kernel fills it.
-  int cell[Dim];                                 ///< The cell of lane 0.
+  alignas(64) R counts[k_lanes<R>] = {};          ///< Per lane: slots below this hold a particle.
+  int slots_in_use[k_parts_max];                  ///< Per pack of lanes; the kernel fills it.
+  int cell[Dim];                                  ///< The cell of lane 0.
   NodeValues<Dim, R>* nodes[k_rows_max<Dim>][2];  ///< The block's tile and the next one, per row of nodes.
-  Mover<R> movers[k_chunk_slots * k_lanes<R>];  ///< Out.
-  int mover_count = 0;                          ///< Out.
-  int bad_slot = -1;                            ///< Out, as in LawChunk.
+  Mover<R> movers[k_chunk_slots * k_lanes<R>];    ///< Out.
+  int mover_count = 0;                            ///< Out.
+  int bad_slot = -1;                              ///< Out, as in LawChunk.
   int bad_lane = -1;
 };
 
@@ -151,7 +151,7 @@ struct SweepContext {
   Real dt = 0;
   R flip = 1;
   R inverse_cell_size[Dim] = {};
-  int cells[Dim] = {};         ///< Of the grid.
+  int cells[Dim] = {};          ///< Of the grid.
   bool is_affine_full = false;  ///< The affine part is the velocity gradient (TPIC), not APIC's least-squares slope.
   const void* law = nullptr;
   LawKernel<Dim, R> law_kernel = nullptr;

@@ -55,8 +55,8 @@ class ExplicitSolver final : public Solver {
   std::vector<Real> gravity_factors_;
   Vec3 gravity_;  ///< Now [m/s^2].
   std::shared_ptr<BodyForce> body_force_;
-  std::vector<Real> node_positions_;     ///< For the body force.
-  std::vector<Real> body_force_values_;  ///< Dim per node [m/s^2]; empty without a body force.
+  std::vector<Real> node_positions_;                ///< For the body force.
+  std::vector<Real> body_force_values_;             ///< Dim per node [m/s^2]; empty without a body force.
   std::vector<std::vector<Real>> particle_forces_;  ///< Of a body force of particles, now: per body, Dim per particle [m/s^2].
   StressOrder stress_order_;
   NodalDynamics<Dim> dynamics_;
@@ -66,7 +66,7 @@ class ExplicitSolver final : public Solver {
   GridGeometry geometry_;
   BoundaryConditions<Dim, R> boundary_conditions_;
   std::vector<std::unique_ptr<Body<Dim>>> bodies_;  // after the grids that they point to
-  std::unique_ptr<Contact<Dim, R>> contact_;         ///< Null with one grid.
+  std::unique_ptr<Contact<Dim, R>> contact_;        ///< Null with one grid.
   /// Whether the grid holds the particles' mass and momentum (and force): a cache between steps, the sweep that moves the particles
   /// has mapped them, too.
   bool is_mapped_ = false;

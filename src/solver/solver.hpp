@@ -50,8 +50,8 @@ struct Ledger {
 
   /// What the bodies have lost of their energy by all of this [J].
   Real energy_spent() const {
-    return damping_dissipation + viscous_dissipation + contact_dissipation - boundary_work - body_force_work + removed_energy + soft_dissipation - receding_work +
-           integrator_loss + reset_loss;
+    return damping_dissipation + viscous_dissipation + contact_dissipation - boundary_work - body_force_work + removed_energy +
+           soft_dissipation - receding_work + integrator_loss + reset_loss;
   }
 };
 

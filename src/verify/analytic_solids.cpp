@@ -40,6 +40,32 @@ Real angular_momentum(const Simulation& sim) {
   return sum;
 }
 
+/// With B-splines and APIC a particle turns by itself, too: h^2 / 4 times its mass is its moment of inertia. Greatest change of the whole
+/// angular momentum, and the greatest kinetic energy, both of 1.
+Measured rotating_square_apic(const std::string& transfer) {
+  Simulation sim(case_from_text("rotating_square", k_square,
+                                {"solver.shape=bspline2", "solver.transfer=" + transfer, "solver.mass_cutoff_relative=1e-9"}));
+  const Real h = sim.solver().grid().cell_size[0];
+  const auto whole = [&] {
+    const Field C = sim.solver().field(0, "affine_velocity");
+    const Field m = sim.solver().field(0, "mass");
+    Real sum = angular_momentum(sim);
+    for (std::size_t p = 0; p < m.values.size(); ++p) sum += m.values[p] * h * h / 4 * (C.values[9 * p + 3] - C.values[9 * p + 1]);
+    return sum;
+  };
+  const Real start = whole();
+  const Real K0 = kinetic_energy(sim);
+  Real drift = 0;
+  Real K = 1;
+  every(sim, 10, [&](const Simulation& s) {
+    drift = std::max(drift, std::abs(whole() / start - 1));
+    K = std::max(K, kinetic_energy(s) / K0);
+  });
+  sim.run();
+  return {
+      {"angular_momentum_drift_" + transfer, drift}, {"kinetic_energy_max_" + transfer, K}, {"energy_end_" + transfer, energy(sim) / K0}};
+}
+
 Measured rotating_square(const std::string& suffix, const Sets& sets) {
   Simulation sim(case_from_text("rotating_square", k_square, sets));
   const Real K0 = kinetic_energy(sim);
@@ -144,6 +170,14 @@ void add_squares(VerifySuite& suite) {
                {},
                [] { return rotating_square("", {}); }},
               square_rows("", 0.01, 0.5));
+  for (const std::string transfer : {"apic", "tpic"}) {
+    std::vector<VerifyRow> rows;
+    if (transfer == "apic") rows.push_back(at_most("angular_momentum_drift_apic", 1e-6, "invariant"));
+    rows.push_back(at_most("kinetic_energy_max_" + transfer, 1 + 1e-9, "invariant"));
+    add_problem(suite,
+                {"rotating_square", "B-splines, " + transfer, "", true, true, 5e6, {}, [=] { return rotating_square_apic(transfer); }},
+                rows);
+  }
   add_problem(suite,
               {"rotating_square",
                "the same with 16 particles per cell",

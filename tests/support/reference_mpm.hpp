@@ -213,11 +213,13 @@ class ReferenceMpm {
     return all;
   }
 
-  /// The nodes whose functions live on the particle's cell; a particle on a knot belongs to the cell behind it, on the far side to the last.
+  /// The nodes whose functions live on the particle's cell; a particle on a knot belongs to the cell behind it, on the far side to the
+  /// last.
   std::vector<Corner> corners(const ReferenceParticle& q) const {
     const Vec3& x = is_total ? q.X : q.x;
     std::array<std::vector<Real>, 3> N, dN, place;
     std::array<std::size_t, 3> first{};
+    std::vector<Corner> out;
     for (std::size_t d = 0; d < 3; ++d) {
       if (d >= dim) {
         N[d] = {1};
