@@ -1,7 +1,7 @@
 """Two disks collide, each with its own velocities: they touch when they touch, and not a cell before.
 
 Source: Sulsky, Chen & Schreyer (1994); the disks' outlines touch at t = 1.5858 s.
-Expected: they begin to slow within 3.5 % of that time (with one velocity field: at 1.22 s), the energy never rises above its start and falls by
+Expected: they begin to slow within 3.5 % of that time (with one velocity field: at 1.22 s), the energy never rises and falls by
 at most 8 %, momentum stays zero.
 Runs in about 3 s.
 """

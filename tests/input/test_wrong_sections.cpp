@@ -160,6 +160,27 @@ INSTANTIATE_TEST_SUITE_P(
                    "\"muls\"",
                    {"solver: stress_order = \"muls\" is unknown, allowed: \"usl\", \"usf\" or \"musl\"", "did you mean"}},
         WrongInput{"stress_order_upper_case", "\"musl\"", "\"USL\"", {"stress_order = \"USL\" is unknown", "did you mean \"usl\"?"}},
+        WrongInput{"shape",
+                   "flip = 1",
+                   "shape = \"bspline\"",
+                   {"solver: shape = \"bspline\" is unknown, allowed: \"linear\" or \"bspline2\"", "did you mean \"bspline2\"?"}},
+        WrongInput{"transfer",
+                   "flip = 1",
+                   "transfer = \"apci\"",
+                   {"solver: transfer = \"apci\" is unknown, allowed: \"flip\", \"pic\", \"apic\" or \"tpic\"", "did you mean"}},
+        WrongInput{"flip_with_other_transfer",
+                   "flip = 1",
+                   "transfer = \"apic\"\n@flip = 1",
+                   {"solver: flip is the share of FLIP in transfer = \"flip\"; leave it out with the others"}},
+        WrongInput{"friction_in_one_field", "flip = 1", "friction = 0.1", {"solver: friction is for contact = \"multi_field\""}},
+        WrongInput{"friction_negative",
+                   "flip = 1",
+                   "contact = \"multi_field\"\n@friction = -0.1",
+                   {"solver: friction = -0.1 is not allowed, it must be >= 0"}},
+        WrongInput{"contact_of_one_body",
+                   "flip = 1",
+                   "contact = \"multi_field\"",
+                   {"solver: contact = \"multi_field\" is for two or more bodies, and the case has one"}},
         WrongInput{"flip_above_one", "flip = 1", "flip = 1.01", {"solver: flip = 1.01 is not allowed, it must be in the interval [0, 1]"}},
         WrongInput{"flip_negative", "flip = 1", "flip = -0.1", {"solver: flip = -0.1 is not allowed, it must be in the interval [0, 1]"}},
         WrongInput{"damping_negative", "damping = 0", "damping = -3", {"solver: damping = -3 is not allowed, it must be >= 0"}},
@@ -218,6 +239,34 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(ValidCase, the_changed_cases_are_valid_without_the_change) {
   EXPECT_EQ(refusal(k_case), "no exception");
   EXPECT_EQ(refusal(k_case_3d), "no exception");
+}
+
+/// Choices that do not go together say what does.
+TEST(Combination, is_refused_with_what_fits) {
+  const std::string second = R"([[body]]
+name = "other"
+region = { type = "box", lower = [0.25, 0.1], upper = [0.75, 0.3] }
+layout = { type = "per_cell", count = 4 }
+material = { type = "neo_hookean", density = 1000, youngs_modulus = 1e5, poissons_ratio = 0.3 }
+)";
+  struct Refused {
+    std::string text;
+    std::vector<std::string> sets;
+    std::string message;
+  };
+  for (const Refused& refused : std::vector<Refused>{
+           {k_case, {"solver.shape=bspline2", "output.grid=true"}, "output: grid = true is for solver.shape = \"linear\" only"},
+           {k_case, {"solver.shape=bspline2", "grid.periodic=[\"x\"]"}, "grid: periodic sides are for solver.shape = \"linear\" only"},
+           {k_case + second,
+            {"solver.contact=multi_field", "grid.periodic=[\"x\"]"},
+            "solver: contact = \"multi_field\" cannot be used with periodic sides"},
+           {k_case + second,
+            {"solver.contact=multi_field", "solver.shape=bspline2"},
+            "solver: contact = \"multi_field\" is for shape = \"linear\""},
+           {k_case + second, {"body.other.formulation=total"}, "body other: formulation = \"total\" is for cases with one body"}}) {
+    EXPECT_THAT(refusal(refused.text, refused.sets), testing::HasSubstr(refused.message));
+  }
+  EXPECT_EQ(refusal(k_case + second, {"solver.contact=multi_field", "solver.friction=0.3"}), "no exception");
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// What every stress order keeps in 2D and 3D: mass, momentum, rigid motion, symmetry, and the bits for any number of threads.
+// What every combination of stress order, shape function, transfer and contact keeps in 2D and 3D: mass, momentum, rigid motion, symmetry,
+// and the bits for any number of threads.
 #include "core/parallel.hpp"
 #include "kernel/sweep.hpp"
 #include "support/solver_case.hpp"
@@ -6,12 +7,21 @@
 namespace matpoint::test {
 namespace {
 
-struct Variant {
+struct Combination {
   StressOrder order;
   int dim;
+  ShapeKind shape = ShapeKind::linear;
+  Transfer transfer = Transfer::flip;
+  ContactMethod contact = ContactMethod::single_field;
+
+  std::string name() const {
+    const std::string transfers[] = {"", "_pic", "_apic", "_tpic"};
+    return order_name(order) + std::to_string(dim) + "d" + (shape == ShapeKind::linear ? "" : "_bspline2") +
+           transfers[static_cast<int>(transfer)] + (contact == ContactMethod::single_field ? "" : "_contact");
+  }
 };
 
-class SolverInvariants : public testing::TestWithParam<Variant> {
+class SolverInvariants : public testing::TestWithParam<Combination> {
  protected:
   StressOrder order() const { return GetParam().order; }
   int dim() const { return GetParam().dim; }
@@ -20,6 +30,10 @@ class SolverInvariants : public testing::TestWithParam<Variant> {
     Case problem = make_case(dim(), {0, 0, 0}, {2, 1, dim() == 3 ? 1.0 : 0.0}, {2 * cells_across, cells_across, cells_across});
     problem.grid.cells.resize(static_cast<std::size_t>(dim()));
     problem.solver.stress_order = order();
+    problem.solver.shape = GetParam().shape;
+    problem.solver.transfer = GetParam().transfer;
+    problem.solver.contact = GetParam().contact;
+    problem.solver.friction = 0.3;
     problem.solver.mass_cutoff = 0;
     return problem;
   }
@@ -183,12 +197,24 @@ TEST_P(SolverInvariants, same_bits_for_1_2_and_3_threads) {
   set_thread_count(0);
 }
 
-INSTANTIATE_TEST_SUITE_P(orders, SolverInvariants,
-                         testing::Values(Variant{StressOrder::usl, 2}, Variant{StressOrder::usf, 2}, Variant{StressOrder::musl, 2},
-                                         Variant{StressOrder::usl, 3}, Variant{StressOrder::usf, 3}, Variant{StressOrder::musl, 3}),
-                         [](const auto& parameter) {
-                           return order_name(parameter.param.order) + std::to_string(parameter.param.dim) + "d";
-                         });
+std::vector<Combination> combinations() {
+  std::vector<Combination> all;
+  for (const StressOrder order : {StressOrder::usl, StressOrder::usf, StressOrder::musl}) {
+    for (const int dim : {2, 3}) {
+      for (const Transfer transfer : {Transfer::flip, Transfer::pic, Transfer::apic, Transfer::tpic}) {
+        // One text for both dimensions; 3D costs most of the time, and pic and tpic have no path of their own there.
+        if (dim == 3 && (transfer == Transfer::pic || transfer == Transfer::tpic)) continue;
+        all.push_back({order, dim, ShapeKind::linear, transfer});
+        all.push_back({order, dim, ShapeKind::bspline2, transfer});
+        all.push_back({order, dim, ShapeKind::linear, transfer, ContactMethod::multi_field});
+      }
+    }
+  }
+  return all;
+}
+
+INSTANTIATE_TEST_SUITE_P(all, SolverInvariants, testing::ValuesIn(combinations()),
+                         [](const auto& parameter) { return parameter.param.name(); });
 
 }  // namespace
 }  // namespace matpoint::test
