@@ -63,6 +63,13 @@ std::vector<std::string> Simulation::warnings() const {
         fmt::format("the fixed time step dt = {:.4g} s is above the stable limit of the start, {:.4g} s; the run will probably blow up",
                     *case_.time.dt, stable));
   }
+  constexpr Real k_short = 0.1;  // of the stable step
+  if (!case_.is_implicit() && case_.solver.transfer != Transfer::flip && case_.time.dt && *case_.time.dt < k_short * stable) {
+    all.push_back(fmt::format(
+        "this transfer takes some of the motion in each step, and dt = {:.4g} s is only {:.2g} of the stable step; take a longer one, or "
+        "transfer = \"flip\"",
+        *case_.time.dt, *case_.time.dt / stable));
+  }
   for (const std::string& text : solver_->warnings()) all.push_back(text);
   if (case_.solver.stress_order == StressOrder::musl && case_.solver.damping > 0) {
     all.push_back(
