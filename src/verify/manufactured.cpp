@@ -221,7 +221,7 @@ void add_manufactured(VerifySuite& suite) {
   axis_job(scheme_of("total", "linear", "flip", 2), "0.05", to_64, true, 1.9, 64);
   axis_job(scheme_of("total", "bspline2", "flip", 2), "0.05", to_64, true, 1.9, 64);
   axis_job(scheme_of("updated", "bspline2", "flip", 4), "1e-4", to_64, false, 1.9, 64);
-  axis_job(scheme_of("updated", "bspline2", "apic", 4), "1e-4", to_64, true, 1.9, 64);
+  axis_job(scheme_of("updated", "bspline2", "apic", 4), "1e-4", to_64, false, 1.9, 64);
   axis_job(scheme_of("updated", "bspline2", "flip", 4), "0.05", to_64, false, 1.8, 32);
   axis_job(scheme_of("updated", "bspline2", "apic", 4), "0.05", to_64, true, 1.8, 32);
   // Shown beside them. What stalls or diverges is bounded from above: the page of theory says so where users choose.
@@ -249,7 +249,7 @@ void add_manufactured(VerifySuite& suite) {
   }
   {
     const Scheme scheme = scheme_of("updated", "bspline2", "apic", 4);
-    VerifyJob job{"axis_aligned", "3D, " + scheme.name, "axis_aligned", true, true, 1e7, {}, {}};
+    VerifyJob job{"axis_aligned", "3D, " + scheme.name, "axis_aligned", false, true, 1e7, {}, {}};
     job.run = [=] {
       const Motion motion = axis_aligned(0.05);
       const Real fine = motion_error(motion, scheme, 16, 3);

@@ -424,7 +424,7 @@ void add_solid_jobs(JobList& jobs) {
   jobs.add("disks, 316 points, MUSL", Presets::both, 3e7, {"TE_end_over_TE0_musl"}, [] { return disks_musl(); });
   for (const auto& [divisions, points] : {std::pair<int, int>(10, 316), {31, 3016}}) {
     const std::string tail = fmt::format("_contact_{}", points);
-    jobs.add(fmt::format("disks, {} points, contact", points), Presets::both, 1e5 * points,
+    jobs.add(fmt::format("disks, {} points, contact", points), points < 1000 ? Presets::both : Presets::full, 1e5 * points,
              {"t_contact" + tail, "E_max_over_E0" + tail, "E_end_over_E0" + tail, "momentum" + tail},
              [divisions = divisions] { return disks_contact(divisions); });
   }
