@@ -148,14 +148,23 @@ void check_boundary(BoundarySpec& boundary, const Input& input, const ReadContex
     fail_input(at_key(input, "traction"), context, "traction is for kind = \"traction\" only");
   }
   if (boundary.contact != FaceContact::stick) {
-    const char* const problem = boundary.region != nullptr ? "is for sides of the grid"
-                                : boundary.kind != BoundaryKind::fixed && boundary.kind != BoundaryKind::velocity
-                                    ? "is for kind = \"fixed\" or \"velocity\""
-                                : !boundary.components.empty() ? "needs all components, so no components"
-                                                               : nullptr;
+    const bool is_friction = boundary.contact == FaceContact::friction;
+    const bool has_kind = boundary.kind == BoundaryKind::fixed || boundary.kind == BoundaryKind::velocity ||
+                          (boundary.kind == BoundaryKind::slip && !is_friction);
+    const char* const problem =
+        !has_kind && is_friction       ? "is for kind = \"fixed\" or \"velocity\""
+        : !has_kind                    ? "is for kind = \"fixed\", \"velocity\" or \"slip\""
+        : !boundary.components.empty() ? "needs all components, so no components"
+        : boundary.region != nullptr && !boundary.region->has_normal()
+            ? "needs a region with one surface: box, disk, sphere, polygon or half_space; give each part its own boundary"
+            : nullptr;
     if (problem != nullptr)
       fail_input(at_key(input, "contact"), context, fmt::format("contact = {} {}", at_key(input, "contact").text(), problem));
+    if (is_friction && !is_given(input, "friction"))
+      fail_input(at_key(input, "contact"), context, "contact = \"friction\" needs friction, Coulomb's coefficient");
   }
+  if (boundary.contact != FaceContact::friction && is_given(input, "friction"))
+    fail_input(at_key(input, "friction"), context, "friction is for contact = \"friction\" only");
   if (boundary.kind == BoundaryKind::velocity) {
     check_velocity_table(boundary, input, context);
   } else {
@@ -354,24 +363,18 @@ void BoundarySpec::declare(ParameterTable<BoundarySpec>& table) {
         if (boundary.receding_correction == 0) return std::nullopt;
         return Input::real(boundary.receding_correction);
       });
+  table.choice("contact", &BoundarySpec::contact,
+               {{"stick", FaceContact::stick}, {"no_tension", FaceContact::no_tension}, {"friction", FaceContact::friction}},
+               "Of a rigid surface: stick holds what touches it for good; no_tension lets go what it would have to pull; friction does so, "
+               "too, and holds along itself with no more than friction times the pressure.");
   table.custom(
-      {"contact", "1", "string", "\"stick\"", "\"stick\", \"no_tension\"",
-       "Implicit solver on B-splines, fixed or velocity on a side: whether it holds what touches it for good, or lets go what it would "
-       "have to pull.",
-       false},
+      {"friction", "1", "number", "", ">= 0", "Coulomb's coefficient of contact = \"friction\".", false},
       [](BoundarySpec& boundary, const Input& input, const ReadContext& context) {
-        std::string given;
-        read_value(input, context, "contact", any_number(), given);
-        if (given != "stick" && given != "no_tension") {
-          fail_input(input, context,
-                     fmt::format("contact = {} is unknown, allowed: {}{}", input.text(), list_names({"stick", "no_tension"}),
-                                 did_you_mean(given, {"stick", "no_tension"})));
-        }
-        boundary.contact = given == "stick" ? FaceContact::stick : FaceContact::no_tension;
+        read_value(input, context, "friction", non_negative(), boundary.friction);
       },
       [](const BoundarySpec& boundary, int) -> std::optional<Input> {
-        if (boundary.contact == FaceContact::stick) return std::nullopt;
-        return Input::string("no_tension");
+        if (boundary.contact != FaceContact::friction) return std::nullopt;
+        return Input::real(boundary.friction);
       });
   const auto unless_empty = [](const auto& values, int dim) -> std::optional<Input> {
     if (values.empty()) return std::nullopt;

@@ -71,8 +71,9 @@ struct BodySpec {
   static void declare(ParameterTable<BodySpec>& table);
 };
 
-/// How a rigid face holds what touches it: for good, or only as long as it presses.
-enum class FaceContact { stick, no_tension };
+/// How a rigid face holds what touches it: for good; only as long as it presses; or as long as it presses, and along the face no harder
+/// than Coulomb's law allows.
+enum class FaceContact { stick, no_tension, friction };
 
 /// A condition on the grid's nodes: on one side of the grid, or in a region.
 struct BoundarySpec {
@@ -88,6 +89,7 @@ struct BoundarySpec {
   bool is_attached = false;
   Real receding_correction = 0;  ///< C_c [1]
   FaceContact contact = FaceContact::stick;
+  Real friction = 0;  ///< Coulomb's coefficient of contact = "friction" [1].
   std::string place;
   static void declare(ParameterTable<BoundarySpec>& table);
 };

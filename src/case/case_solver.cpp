@@ -116,7 +116,6 @@ void check_for_explicit(const Case& problem, const Input& input) {
     if (boundary.kind == BoundaryKind::traction) fail_case(place, where, "kind = \"traction\" is for solver.type = \"implicit\" only");
     if (boundary.receding_correction > 0) fail_case(place, where, "receding_correction is for solver.type = \"implicit\" only");
     if (boundary.is_attached) fail_case(place, where, "attached is for solver.type = \"implicit\" only");
-    if (boundary.contact != FaceContact::stick) fail_case(place, where, "contact is for solver.type = \"implicit\" only");
   }
 }
 
@@ -160,6 +159,8 @@ void check_implicit_boundaries(const Case& problem) {
     if (boundary.receding_correction > 0 && !is_element) {
       fail_case(place, where, "receding_correction is for basis = \"element\" only; B-splines have contact = \"no_tension\"");
     }
+    if (boundary.contact != FaceContact::stick && boundary.kind == BoundaryKind::slip)
+      fail_case(place, where, "the implicit solver has contact for kind = \"fixed\" or \"velocity\"");
     if (boundary.contact != FaceContact::stick && is_element) {
       fail_case(place, where,
                 "contact goes by the signs of reactions at nodes, which mean nothing on elements; use basis = \"bspline\", or "

@@ -19,6 +19,13 @@ using Vec = std::array<Real, Dim>;
 /// A point or vector at interfaces that hide the dimension: in 2D the third component is 0.
 using Vec3 = std::array<Real, 3>;
 
+template <std::size_t n>
+Real dot(const std::array<Real, n>& a, const std::array<Real, n>& b) {
+  Real sum = 0;
+  for (std::size_t d = 0; d < n; ++d) sum += a[d] * b[d];
+  return sum;
+}
+
 /// A named field of a body or of the grid, copied out in the order of ids: values has shape (n, components), row by row.
 struct Field {
   std::string name;

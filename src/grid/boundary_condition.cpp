@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/interpolate.hpp"
 
@@ -19,13 +20,6 @@ Side side_of(const std::string& name) {
   if (name == "bottom") return {1, false};
   if (name == "top") return {1, true};
   return {2, name == "back"};
-}
-
-template <int Dim>
-Real dot(const Vec<Dim>& a, const Vec<Dim>& b) {
-  Real sum = 0;
-  for (std::size_t d = 0; d < Dim; ++d) sum += a[d] * b[d];
-  return sum;
 }
 
 template <int Dim>
@@ -57,11 +51,11 @@ void append_normals(const std::vector<Vec<Dim>>& normals, const int* condition_o
   for (auto n = normals.rbegin(); n != normals.rend(); ++n) {
     Vec<Dim> free = *n;
     for (const Vec<Dim>& other : taken) {
-      const Real share = dot<Dim>(free, other);
+      const Real share = dot(free, other);
       for (std::size_t d = 0; d < Dim; ++d) free[d] -= share * other[d];
     }
-    const Real left = dot<Dim>(free, free);  // equals free . n
-    constexpr Real k_parallel = 1e-12;       // of the square: within 1e-6 rad the direction is taken already
+    const Real left = dot(free, free);  // equals free . n
+    constexpr Real k_parallel = 1e-12;  // of the square: within 1e-6 rad the direction is taken already
     if (left < k_parallel) continue;
     FixedNormal<Dim> fixed{lane, *n, {}};
     Vec<Dim> unit;
@@ -150,17 +144,19 @@ bool BoundaryConditions<Dim, R>::has_node(std::size_t condition, const Grid<Dim,
 }
 
 template <int Dim, class R>
-void BoundaryConditions<Dim, R>::append(const Grid<Dim, R>& grid, const Place<Dim>& node, int lane, std::vector<FixedComponent>& components,
-                                        std::vector<FixedNormal<Dim>>& normals) const {
+void BoundaryConditions<Dim, R>::append(const Grid<Dim, R>& grid, const Place<Dim>& node, int lane, Tile<Dim, R>& tile) const {
   int condition_of[Dim];
   std::fill_n(condition_of, Dim, -1);
   std::vector<Vec<Dim>> oblique;
+  std::vector<std::pair<std::size_t, Vec3>> surfaces;
   for (std::size_t c = 0; c < specs_.size(); ++c) {
     const std::optional<Vec3> place = place_in(c, grid, node);
     if (!place) continue;
     const BoundarySpec& spec = specs_[c];
     const int condition = static_cast<int>(c);
-    if (spec.kind != BoundaryKind::slip) {
+    if (spec.contact != FaceContact::stick) {
+      surfaces.emplace_back(c, *place);
+    } else if (spec.kind != BoundaryKind::slip) {
       for (int d = 0; d < Dim; ++d) {
         const bool is_held = spec.components.empty() ||
                              std::find(spec.components.begin(), spec.components.end(), std::string(1, "xyz"[d])) != spec.components.end();
@@ -175,15 +171,49 @@ void BoundaryConditions<Dim, R>::append(const Grid<Dim, R>& grid, const Place<Di
         std::copy_n(normal.begin(), Dim, n.begin());
         if (axis >= 0)
           condition_of[axis] = condition;
-        else if (dot<Dim>(n, n) > 0)
+        else if (dot(n, n) > 0)
           oblique.push_back(n);
       }
     }
   }
   for (int d = 0; d < Dim; ++d) {
-    if (condition_of[d] >= 0) components.push_back({lane, d, condition_of[d]});
+    if (condition_of[d] >= 0) tile.components.push_back({lane, d, condition_of[d]});
   }
-  append_normals<Dim>(oblique, condition_of, lane, normals);
+  append_normals<Dim>(oblique, condition_of, lane, tile.normals);
+  append_contacts(surfaces, lane, tile);
+}
+
+/// `places`: conditions with contact, and where they hold at the node.
+template <int Dim, class R>
+void BoundaryConditions<Dim, R>::append_contacts(const std::vector<std::pair<std::size_t, Vec3>>& places, int lane,
+                                                 Tile<Dim, R>& tile) const {
+  for (const auto& [c, place] : places) {
+    const BoundarySpec& spec = specs_[c];
+    std::vector<Vec3> normals;
+    if (spec.region) {
+      normals = spec.region->normals(place, Dim);
+    } else {
+      const Side side = side_of(spec.side);
+      normals.emplace_back();
+      normals[0][static_cast<std::size_t>(side.axis)] = side.is_upper ? -1 : 1;
+    }
+    for (const Vec3& normal : normals) {
+      SurfaceContact<Dim> contact{lane, static_cast<int>(c), {}, {}, {}, 0};
+      std::copy_n(normal.begin(), Dim, contact.n.begin());
+      for (const FixedComponent& fixed : tile.components) {
+        if (fixed.lane == lane) contact.is_fixed[static_cast<std::size_t>(fixed.component)] = true;
+      }
+      Real left = 0;
+      for (std::size_t d = 0; d < Dim; ++d) left += contact.is_fixed[d] ? 0 : contact.n[d] * contact.n[d];
+      constexpr Real k_parallel = 1e-12;  // of the square, as in append_normals
+      if (left < k_parallel) continue;
+      for (std::size_t d = 0; d < Dim; ++d) contact.correction[d] = contact.is_fixed[d] ? 0 : contact.n[d] / left;
+      contact.friction = spec.contact == FaceContact::friction ? spec.friction
+                         : spec.kind == BoundaryKind::slip     ? 0
+                                                               : std::numeric_limits<Real>::infinity();
+      tile.contacts.push_back(contact);
+    }
+  }
 }
 
 template <int Dim, class R>
@@ -218,6 +248,62 @@ void BoundaryConditions<Dim, R>::constrain(Tile<Dim, R>& tile, const NodalDynami
     nodes.second[d][fixed.lane] = 0;
   }
   constrain_normals(tile, dynamics, dt, ledger);
+  touch_surfaces(tile, dynamics, values, dt, ledger);
+}
+
+/// The velocity v - V of a node beside that of a surface, and its part along n.
+template <int Dim, class Velocity>
+std::pair<Vec<Dim>, Real> relative(const SurfaceContact<Dim>& contact, const std::vector<Vec<Dim>>& values, const Velocity& v) {
+  Vec<Dim> w;
+  for (std::size_t d = 0; d < Dim; ++d) w[d] = v(d) - values[static_cast<std::size_t>(contact.condition)][d];
+  return {w, dot(w, contact.n)};
+}
+
+/// What of the velocity w, whose part along n is w_n, a surface may take by friction.
+template <int Dim>
+Vec<Dim> sliding(const SurfaceContact<Dim>& contact, const Vec<Dim>& w, Real w_n) {
+  Vec<Dim> along;
+  for (std::size_t d = 0; d < Dim; ++d) along[d] = contact.is_fixed[d] ? 0 : w[d] - w_n * contact.correction[d];
+  return along;
+}
+
+template <int Dim, class R>
+void BoundaryConditions<Dim, R>::touch_surfaces(Tile<Dim, R>& tile, const NodalDynamics<Dim>& dynamics, const std::vector<Vec<Dim>>& values,
+                                                Real dt, Ledger& ledger) {
+  NodeValues<Dim, R>& nodes = tile.values;
+  for (SurfaceContact<Dim>& contact : tile.contacts) {
+    contact.sticks = false;
+    const Real m = nodes.moved_mass[contact.lane];
+    if (m <= 0 || m < dynamics.mass_cutoff) continue;
+    const auto [w, w_n] = relative(contact, values, [&](std::size_t d) { return static_cast<Real>(nodes.velocity[d][contact.lane]); });
+    if (w_n >= 0) continue;
+    const Vec<Dim> along = sliding(contact, w, w_n);
+    const Real speed = std::sqrt(dot(along, along));
+    contact.sticks = contact.friction * -w_n >= speed;
+    const Real stopped = contact.sticks ? 1 : contact.friction * -w_n / speed;
+    for (std::size_t d = 0; d < Dim; ++d) {
+      const Real old = nodes.velocity[d][contact.lane];
+      const Real change = -w_n * contact.correction[d] - stopped * along[d];
+      nodes.velocity[d][contact.lane] = static_cast<R>(old + change);
+      nodes.second[d][contact.lane] += static_cast<R>(change / dt);
+      if (tile.booked[contact.lane] == 0) continue;
+      const Real impulse = m * change;
+      const Real work = impulse * values[static_cast<std::size_t>(contact.condition)][d];
+      ledger.boundary_impulse[d] += impulse;
+      ledger.boundary_work += work;
+      ledger.contact_dissipation += work - impulse * (old + 0.5 * change);
+    }
+  }
+}
+
+template <int Dim, class R>
+void BoundaryConditions<Dim, R>::keep_out(const Tile<Dim, R>& tile, const std::vector<Vec<Dim>>& values,
+                                          std::vector<Vec<Dim>>& velocities) {
+  for (const SurfaceContact<Dim>& contact : tile.contacts) {
+    Vec<Dim>& v = velocities[static_cast<std::size_t>(contact.lane)];
+    const Real w_n = relative(contact, values, [&](std::size_t d) { return v[d]; }).second;
+    for (std::size_t d = 0; d < Dim && w_n < 0; ++d) v[d] -= w_n * contact.correction[d];
+  }
 }
 
 template <int Dim, class R>
@@ -265,6 +351,13 @@ void BoundaryConditions<Dim, R>::constrain_second(Tile<Dim, R>& tile, const std:
     Real v_n = 0;
     for (std::size_t d = 0; d < Dim; ++d) v_n += fixed.n[d] * nodes.second[d][fixed.lane];
     for (std::size_t d = 0; d < Dim; ++d) nodes.second[d][fixed.lane] -= static_cast<R>(v_n * fixed.correction[d]);
+  }
+  for (const SurfaceContact<Dim>& contact : tile.contacts) {
+    const auto [w, w_n] = relative(contact, values, [&](std::size_t d) { return static_cast<Real>(nodes.second[d][contact.lane]); });
+    if (w_n >= 0 && !contact.sticks) continue;
+    const Vec<Dim> along = sliding(contact, w, w_n);
+    for (std::size_t d = 0; d < Dim; ++d)
+      nodes.second[d][contact.lane] -= static_cast<R>(std::min(w_n, Real{0}) * contact.correction[d] + (contact.sticks ? along[d] : 0));
   }
 }
 

@@ -2,6 +2,9 @@
 //
 // The explicit solver sets v = value and a = 0 along that direction. The acceleration is what FLIP adds to the particles, so this keeps
 // their momentum near a wall; the other form, a = (value - v_old)/dt, gives other numbers than the published ones.
+//
+// Surfaces that let go (`contact`) act by impulses instead, as bodies do on each other (contact.hpp): what approaches is stopped, and
+// slides as Coulomb's law says; v and a change by the same impulse, so momentum balances to round-off.
 #pragma once
 
 #include <optional>
@@ -20,9 +23,9 @@ class BoundaryConditions {
   /// Throws InputError for a region that contains no node of the grid.
   BoundaryConditions(const std::vector<BoundarySpec>& specs, const Grid<Dim, R>& grid);
 
-  /// What is fixed at a node, for its tile. Where two conditions fix the same component, the later one holds.
-  void append(const Grid<Dim, R>& grid, const Place<Dim>& node, int lane, std::vector<FixedComponent>& components,
-              std::vector<FixedNormal<Dim>>& normals) const;
+  /// What is fixed at a node, for its tile. Where two conditions fix the same component, the later one holds; surfaces that let go yield
+  /// to all that hold for good.
+  void append(const Grid<Dim, R>& grid, const Place<Dim>& node, int lane, Tile<Dim, R>& tile) const;
 
   /// The velocity of each condition at time t [s].
   std::vector<Vec<Dim>> velocities(Real t) const;
@@ -35,6 +38,9 @@ class BoundaryConditions {
   /// Imposes the velocities on `second` only (USF, second mapping of MUSL).
   void constrain_second(Tile<Dim, R>& tile, const std::vector<Vec<Dim>>& values) const;
 
+  /// Takes from a node's velocity what would carry it into a surface that lets go, without friction.
+  static void keep_out(const Tile<Dim, R>& tile, const std::vector<Vec<Dim>>& values, std::vector<Vec<Dim>>& velocities);
+
   /// Greatest prescribed speed [m/s]: of all times of tables, and of functions at the time t [s].
   Real greatest_speed(Real t) const;
 
@@ -42,6 +48,9 @@ class BoundaryConditions {
   std::optional<Vec3> place_in(std::size_t condition, const Grid<Dim, R>& grid, const Place<Dim>& node) const;
   bool has_node(std::size_t condition, const Grid<Dim, R>& grid) const;
   void constrain_normals(Tile<Dim, R>& tile, const NodalDynamics<Dim>& dynamics, Real dt, Ledger& ledger) const;
+  void append_contacts(const std::vector<std::pair<std::size_t, Vec3>>& places, int lane, Tile<Dim, R>& tile) const;
+  static void touch_surfaces(Tile<Dim, R>& tile, const NodalDynamics<Dim>& dynamics, const std::vector<Vec<Dim>>& values, Real dt,
+                             Ledger& ledger);
 
   std::vector<BoundarySpec> specs_;
 };

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/parallel.hpp"
+#include "grid/boundary_condition.hpp"
 
 namespace matpoint {
 namespace {
@@ -19,13 +20,6 @@ constexpr Real k_touching = 0.8;
 constexpr Real k_aligned = 0.5;
 constexpr Real k_inside = 0.2;
 
-template <int Dim>
-Real dot(const Vec<Dim>& a, const Vec<Dim>& b) {
-  Real sum = 0;
-  for (std::size_t d = 0; d < Dim; ++d) sum += a[d] * b[d];
-  return sum;
-}
-
 template <int Dim, class R>
 bool is_active(const NodeValues<Dim, R>& nodes, int lane, Real cutoff) {
   return nodes.moved_mass[lane] > 0 && nodes.moved_mass[lane] >= cutoff;
@@ -33,16 +27,18 @@ bool is_active(const NodeValues<Dim, R>& nodes, int lane, Real cutoff) {
 
 /// What holds a node holds it against contact, too: takes back the part of a change that a condition forbids.
 template <int Dim, class R>
-void keep_conditions(const Tile<Dim, R>& tile, const std::vector<Vec<Dim>>& before, std::vector<Vec<Dim>>& after) {
+void keep_conditions(const Tile<Dim, R>& tile, const std::vector<Vec<Dim>>& before, const std::vector<Vec<Dim>>& surface_velocities,
+                     std::vector<Vec<Dim>>& after) {
   for (const FixedComponent& fixed : tile.components) {
     const auto lane = static_cast<std::size_t>(fixed.lane);
     after[lane][static_cast<std::size_t>(fixed.component)] = before[lane][static_cast<std::size_t>(fixed.component)];
   }
   for (const FixedNormal<Dim>& fixed : tile.normals) {
     const auto lane = static_cast<std::size_t>(fixed.lane);
-    const Real changed = dot<Dim>(fixed.n, after[lane]) - dot<Dim>(fixed.n, before[lane]);
+    const Real changed = dot(fixed.n, after[lane]) - dot(fixed.n, before[lane]);
     for (std::size_t d = 0; d < Dim; ++d) after[lane][d] -= changed * fixed.correction[d];
   }
+  BoundaryConditions<Dim, R>::keep_out(tile, surface_velocities, after);
 }
 
 }  // namespace
@@ -115,7 +111,7 @@ void Contact<Dim, R>::work(const Shared& shared, std::size_t band, Change change
   if (!is_changed) return;
   for (std::size_t k = 0; k < count; ++k) {
     const Velocities wanted = after[k];
-    keep_conditions<Dim>(*shared.tiles[k], before[k], after[k]);
+    keep_conditions<Dim>(*shared.tiles[k], before[k], grids_[0]->boundary_velocities(), after[k]);
     NodeValues<Dim, R>& nodes = shared.tiles[k]->values;
     for (std::size_t lane = 0; lane < k_lanes<R>; ++lane) {
       const Vec<Dim>& old = before[k][lane];
@@ -133,7 +129,7 @@ void Contact<Dim, R>::work(const Shared& shared, std::size_t band, Change change
         ledger.boundary_work += impulse * now[d];
       }
       if (change == Change::motion)
-        ledger.contact_dissipation += 0.5 * nodes.moved_mass[lane] * (dot<Dim>(old, old) - dot<Dim>(wanted[lane], wanted[lane]));
+        ledger.contact_dissipation += 0.5 * nodes.moved_mass[lane] * (dot(old, old) - dot(wanted[lane], wanted[lane]));
     }
   }
 }
@@ -160,15 +156,15 @@ bool Contact<Dim, R>::touch(const NodeSurface<Dim>& a, const NodeSurface<Dim>& b
 template <int Dim, class R>
 Vec<Dim> Contact<Dim, R>::normal(const NodeSurface<Dim>& a, const NodeSurface<Dim>& b) const {
   constexpr Real k_equal = 0.03;  // of the sum of the lengths
-  const Real size_a = std::sqrt(dot<Dim>(a.outward, a.outward));
-  const Real size_b = std::sqrt(dot<Dim>(b.outward, b.outward));
+  const Real size_a = std::sqrt(dot(a.outward, a.outward));
+  const Real size_b = std::sqrt(dot(b.outward, b.outward));
   const Real tie = k_equal * (size_a + size_b);
   Vec<Dim> n{};
   for (std::size_t d = 0; d < Dim; ++d) {
     if (size_a >= size_b - tie) n[d] += a.outward[d];
     if (size_b >= size_a - tie) n[d] -= b.outward[d];
   }
-  const Real size = std::sqrt(dot<Dim>(n, n));
+  const Real size = std::sqrt(dot(n, n));
   for (std::size_t d = 0; d < Dim && size > 0; ++d) n[d] /= size;
   return n;
 }
@@ -193,11 +189,11 @@ bool Contact<Dim, R>::collide(const Shared& shared, std::size_t a, std::size_t b
     Vec<Dim>& v_b = velocities[b][static_cast<std::size_t>(lane)];
     Vec<Dim> sliding;
     const Vec<Dim> n = normal(surfaces_a[i], surfaces_b[i]);
-    if (dot<Dim>(n, n) == 0) continue;
-    const Real approach = dot<Dim>(v_a, n) - dot<Dim>(v_b, n);
+    if (dot(n, n) == 0) continue;
+    const Real approach = dot(v_a, n) - dot(v_b, n);
     if (approach <= 0 || !touch(surfaces_a[i], surfaces_b[i], n)) continue;
     for (std::size_t d = 0; d < Dim; ++d) sliding[d] = v_a[d] - v_b[d] - approach * n[d];
-    const Real speed = std::sqrt(dot<Dim>(sliding, sliding));
+    const Real speed = std::sqrt(dot(sliding, sliding));
     const Real stopped = speed > 0 ? std::min(Real{1}, friction_ * approach / speed) : 0;
     const Real m_a = nodes_a.moved_mass[lane];
     const Real m_b = nodes_b.moved_mass[lane];

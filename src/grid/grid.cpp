@@ -101,6 +101,7 @@ void Grid<Dim, R>::set_up(TileType& tile, const Place<Dim>& node) const {
   tile.user_count = 0;
   tile.components.clear();
   tile.normals.clear();
+  tile.contacts.clear();
   tile.is_at_periodic_side = false;
   for (int lane = 0; lane < k_lanes<R>; ++lane) {
     Place<Dim> here = node;
@@ -112,7 +113,7 @@ void Grid<Dim, R>::set_up(TileType& tile, const Place<Dim>& node) const {
       tile.is_at_periodic_side = true;
       if (i == cells_[d]) tile.booked[lane] = 0;
     }
-    if (here[0] < nodes(0) && conditions_ != nullptr) conditions_->append(*this, here, lane, tile.components, tile.normals);
+    if (here[0] < nodes(0) && conditions_ != nullptr) conditions_->append(*this, here, lane, tile);
   }
 }
 
@@ -220,7 +221,7 @@ void Grid<Dim, R>::start_pass(NodePass pass, const KernelTable<Dim, R>& kernels,
 template <int Dim, class R>
 void Grid<Dim, R>::work_tile(TileType& tile, std::size_t band) {
   tile.pass = pass_count_;
-  const bool is_constrained = !tile.components.empty() || !tile.normals.empty();
+  const bool is_constrained = !tile.components.empty() || !tile.normals.empty() || !tile.contacts.empty();
   if (pass_ == NodePass::advance || pass_ == NodePass::advance_keep) {
     if (body_force_ != nullptr) add_body_force(tile);
     kernels_->advance(tile.values, dynamics_, dt_, tile.booked, sums_[band]);
@@ -285,6 +286,7 @@ void Grid<Dim, R>::finish_pass(Ledger& ledger) {
   for (std::size_t b = 0; b < bands_.size(); ++b) {
     ledger.damping_dissipation += sums_[b].damping_dissipation + books_[b].damping_dissipation;
     ledger.boundary_work += books_[b].boundary_work;
+    ledger.contact_dissipation += books_[b].contact_dissipation;
     ledger.body_force_work += books_[b].body_force_work;
     for (std::size_t d = 0; d < Dim; ++d) {
       ledger.damping_impulse[d] += sums_[b].damping_impulse[d] + books_[b].damping_impulse[d];

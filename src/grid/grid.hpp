@@ -41,6 +41,19 @@ struct FixedNormal {
   Vec<Dim> correction;
 };
 
+/// A node of a rigid surface that lets go: the velocity v of what touches it, beside the surface's own V, obeys (v - V) . n >= 0, and the
+/// surface holds along itself with at most `friction` times the impulse along n.
+template <int Dim>
+struct SurfaceContact {
+  int lane;
+  int condition;                   ///< That says how fast the surface moves.
+  Vec<Dim> n;                      ///< Out of the surface.
+  Vec<Dim> correction;             ///< As in FixedNormal.
+  std::array<bool, Dim> is_fixed;  ///< Components that other conditions hold.
+  Real friction;                   ///< [1]; infinite: whatever presses sticks.
+  bool sticks = false;             ///< In the last advance.
+};
+
 template <int Dim, class R>
 struct Tile {
   NodeValues<Dim, R> values{};
@@ -51,6 +64,7 @@ struct Tile {
   bool is_at_periodic_side = false;
   std::vector<FixedComponent> components;
   std::vector<FixedNormal<Dim>> normals;
+  std::vector<SurfaceContact<Dim>> contacts;
   alignas(64) R booked[k_lanes<R>];  ///< 0 for the far image of a node on a periodic side, which is left out of all sums.
 };
 
@@ -118,6 +132,8 @@ class Grid {
   void prepare(TileType& tile, std::size_t band) {
     if (tile.pass != pass_count_) work_tile(tile, band);
   }
+  /// Of each condition, in the pass under way [m/s].
+  const std::vector<Vec<Dim>>& boundary_velocities() const { return boundary_velocities_; }
   /// Works the tiles that no sweep needed, and books the pass.
   void finish_pass(Ledger& ledger);
   /// Clears everything that is summed.
