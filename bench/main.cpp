@@ -79,8 +79,9 @@ class Table {
     std::fflush(stdout);
     if (!file_.is_open()) return;
     file_ << fmt::format("{},{},{},{},{:.4g},{:.3f},{:.4g},{:.3f},{:.4g},{:.3f},{:.1f},{:.1f},{:.3f},{:.5f},{:.3f},{:.1e},{}\n",
-                         scenario.name, scenario.threads, scenario.precision, m.particles, m.rate, m.spread, m.textbook_rate, to_textbook,
-                         m.tuned_rate, to_tuned, m.bytes, m.plain_bytes, m.lane_fill, m.moved, m.roofline, m.energy_difference, stages)
+                         scenario.name, scenario.threads, scenario.solver.precision, m.particles, m.rate, m.spread, m.textbook_rate,
+                         to_textbook, m.tuned_rate, to_tuned, m.bytes, m.plain_bytes, m.lane_fill, m.moved, m.roofline, m.energy_difference,
+                         stages)
           << std::flush;
   }
 

@@ -62,10 +62,13 @@ PlainOrder plain_order(StressOrder order) {
   return order == StressOrder::usl ? PlainOrder::usl : order == StressOrder::usf ? PlainOrder::usf : PlainOrder::musl;
 }
 
+PlainShape plain_shape(const SolverSpec& solver) { return solver.shape == ShapeKind::linear ? PlainShape::linear : PlainShape::bspline2; }
+
 Outcome repeat_plain(const Plan& plan, PlainStyle style) {
   Outcome outcome;
   for (int run = 0; run < plan.runs; ++run) {
-    const std::unique_ptr<PlainLoop> loop = make_plain_loop(plan.scene, plain_order(plan.scenario.order), style);
+    const std::unique_ptr<PlainLoop> loop =
+        make_plain_loop(plan.scene, plain_order(plan.scenario.solver.stress_order), plain_shape(plan.scenario.solver), style);
     loop->step();
     const double start = seconds(false);
     for (int step = 0; step < plan.steps; ++step) loop->step();
@@ -130,7 +133,7 @@ double difference(const Outcome& ours, const Outcome& plain, const Scenario& sce
   const double kinetic = std::abs(ours.kinetic_energy - plain.kinetic_energy) / plain.kinetic_energy;
   const double strain = std::abs(ours.strain_energy - plain.strain_energy) / plain.strain_energy;
   const double worst = scenario.scene.is_at_rest ? 0 : std::max(kinetic, strain);
-  if (!(worst <= (scenario.precision == "single" ? k_energy_tolerance_single : k_energy_tolerance))) {
+  if (!(worst <= (scenario.solver.precision == "single" ? k_energy_tolerance_single : k_energy_tolerance))) {
     throw std::runtime_error(
         fmt::format("the physics differ: kinetic and strain energy {:.15g} J and {:.15g} J with the solver, {:.15g} J and "
                     "{:.15g} J with a plain loop",
@@ -194,7 +197,7 @@ Measurement measure(const Scenario& scenario, const Machine& machine) {
   set_length(plan, particles);
   std::optional<Input> law;
   if (!scenario.law.empty()) law = *parse_toml("law = " + scenario.law, scenario.name).find("law");
-  const Case problem = make_case(plan.scene, scenario.order, scenario.precision, law);
+  const Case problem = make_case(plan.scene, scenario.solver, law);
 
   Rates rates;
   Outcome textbook, tuned;

@@ -9,8 +9,7 @@ namespace matpoint::bench {
 struct Scenario {
   std::string name;
   SceneSpec scene;
-  StressOrder order = StressOrder::usl;
-  std::string precision = "double";
+  SolverSpec solver;      ///< Of the scene's case.
   std::string law;        ///< TOML table of the material; empty: Neo-Hookean, for which there are plain loops, too.
   std::string case_text;  ///< A whole case instead of the scene, without a plain loop.
   double warm_up = 0;     ///< Of such a case: simulated time before the measurement [s].

@@ -28,15 +28,17 @@ struct Node {
 };
 
 /// Where a particle is: its cell's first node; tuned, too: weights and derivatives of the weights along each direction.
-template <int Dim>
+template <int Dim, int nodes>
 struct Place {
   std::ptrdiff_t node = 0;
   int cell[Dim];
-  double w[Dim][2];
-  double dw[Dim][2];
+  double w[Dim][nodes];
+  double dw[Dim][nodes];
 };
 
-template <int Dim, PlainStyle style>
+/// `nodes`: of a cell along each direction; 2 for linear shape functions, 3 for quadratic B-splines, whose nodes stand at the middles of
+/// the cells, the first one before the first cell.
+template <int Dim, int nodes, PlainStyle style>
 class PlainLoopOf final : public PlainLoop {
  public:
   PlainLoopOf(const Scene& scene, PlainOrder order);
@@ -46,7 +48,7 @@ class PlainLoopOf final : public PlainLoop {
   std::size_t memory() const override { return particles_.size() * sizeof(Particle<Dim>) + nodes_.size() * sizeof(Node<Dim>); }
 
  private:
-  Place<Dim> locate(const Particle<Dim>& p) const;
+  Place<Dim, nodes> locate(const Particle<Dim>& p) const;
   template <class F>
   void for_each_node(const Particle<Dim>& p, F&& f) const;
 
@@ -72,17 +74,17 @@ class PlainLoopOf final : public PlainLoop {
   std::vector<std::array<double, Dim>> displacement_;  ///< MUSL only.
 };
 
-template <int Dim, PlainStyle style>
-PlainLoopOf<Dim, style>::PlainLoopOf(const Scene& scene, PlainOrder order)
+template <int Dim, int nodes, PlainStyle style>
+PlainLoopOf<Dim, nodes, style>::PlainLoopOf(const Scene& scene, PlainOrder order)
     : order_(order), cell_size_(scene.cell_size), mass_cutoff_(scene.mass_cutoff), dt_(scene.dt) {
   lambda_ = scene.youngs_modulus * scene.poissons_ratio / ((1 + scene.poissons_ratio) * (1 - 2 * scene.poissons_ratio));
   mu_ = scene.youngs_modulus / (2 * (1 + scene.poissons_ratio));
-  std::ptrdiff_t nodes = 1;
+  std::ptrdiff_t count = 1;
   for (int d = 0; d < Dim; ++d) {
-    stride_[d] = nodes;
-    nodes *= scene.cells[static_cast<std::size_t>(d)] + 1;
+    stride_[d] = count;
+    count *= scene.cells[static_cast<std::size_t>(d)] + nodes - 1;
   }
-  nodes_.resize(static_cast<std::size_t>(nodes));
+  nodes_.resize(static_cast<std::size_t>(count));
   for (std::size_t body = 0; body < 2; ++body) {
     for (std::size_t k = 0; k < scene.position[body].size(); ++k) {
       Particle<Dim> p{};
@@ -101,39 +103,55 @@ PlainLoopOf<Dim, style>::PlainLoopOf(const Scene& scene, PlainOrder order)
   if (order == PlainOrder::musl) displacement_.resize(particles_.size());
 }
 
-template <int Dim, PlainStyle style>
-Place<Dim> PlainLoopOf<Dim, style>::locate(const Particle<Dim>& p) const {
-  Place<Dim> place;
+template <int Dim, int nodes, PlainStyle style>
+Place<Dim, nodes> PlainLoopOf<Dim, nodes, style>::locate(const Particle<Dim>& p) const {
+  Place<Dim, nodes> place;
   const double inverse = 1 / cell_size_;
   for (int d = 0; d < Dim; ++d) {
     const double xi = style == PlainStyle::tuned ? p.x[d] * inverse : p.x[d] / cell_size_;
     place.cell[d] = static_cast<int>(xi);
     place.node += place.cell[d] * stride_[d];
     if constexpr (style == PlainStyle::tuned) {
-      place.w[d][1] = xi - place.cell[d];
-      place.w[d][0] = 1 - place.w[d][1];
-      place.dw[d][0] = -inverse;
-      place.dw[d][1] = inverse;
+      const double q = xi - place.cell[d];
+      if constexpr (nodes == 2) {
+        place.w[d][1] = q;
+        place.w[d][0] = 1 - q;
+        place.dw[d][0] = -inverse;
+        place.dw[d][1] = inverse;
+      } else {
+        place.w[d][0] = 0.5 * (1 - q) * (1 - q);
+        place.w[d][1] = 0.5 + q * (1 - q);
+        place.w[d][2] = 0.5 * q * q;
+        place.dw[d][0] = (q - 1) * inverse;
+        place.dw[d][1] = (1 - 2 * q) * inverse;
+        place.dw[d][2] = q * inverse;
+      }
     }
   }
   return place;
 }
 
-/// Calls f(node, N, dN) for the 4 or 8 nodes of the particle's cell.
-template <int Dim, PlainStyle style>
+/// Calls f(node, N, dN) for the nodes of the particle's cell.
+template <int Dim, int nodes, PlainStyle style>
 template <class F>
-void PlainLoopOf<Dim, style>::for_each_node(const Particle<Dim>& p, F&& f) const {
-  const Place<Dim> place = locate(p);
-  for (int corner = 0; corner < (1 << Dim); ++corner) {
+void PlainLoopOf<Dim, nodes, style>::for_each_node(const Particle<Dim>& p, F&& f) const {
+  const Place<Dim, nodes> place = locate(p);
+  for (int corner = 0; corner < (Dim == 2 ? nodes * nodes : nodes * nodes * nodes); ++corner) {
     std::ptrdiff_t node = place.node;
     double w[Dim];
     double dw[Dim];
-    for (int d = 0; d < Dim; ++d) {
-      const int side = corner >> d & 1;
+    for (int d = 0, rest = corner; d < Dim; ++d, rest /= nodes) {
+      const int side = rest % nodes;
       node += side * stride_[d];
       if constexpr (style == PlainStyle::tuned) {
         w[d] = place.w[d][side];
         dw[d] = place.dw[d][side];
+      } else if constexpr (nodes == 3) {
+        const double r = (p.x[d] - (place.cell[d] + side - 0.5) * cell_size_) / cell_size_;
+        const bool is_near = std::abs(r) < 0.5;
+        const double left = 1.5 - std::abs(r);
+        w[d] = is_near ? 0.75 - r * r : 0.5 * left * left;
+        dw[d] = (is_near ? -2 * r : r >= 0 ? -left : left) / cell_size_;
       } else {
         const double r = (p.x[d] - (place.cell[d] + side) * cell_size_) / cell_size_;
         w[d] = 1 - std::abs(r);
@@ -150,8 +168,8 @@ void PlainLoopOf<Dim, style>::for_each_node(const Particle<Dim>& p, F&& f) const
   }
 }
 
-template <int Dim, PlainStyle style>
-void PlainLoopOf<Dim, style>::step() {
+template <int Dim, int nodes, PlainStyle style>
+void PlainLoopOf<Dim, nodes, style>::step() {
   if (order_ == PlainOrder::usf) {
     clear();
     p2g<false>();
@@ -173,14 +191,14 @@ void PlainLoopOf<Dim, style>::step() {
   }
 }
 
-template <int Dim, PlainStyle style>
-void PlainLoopOf<Dim, style>::clear() {
+template <int Dim, int nodes, PlainStyle style>
+void PlainLoopOf<Dim, nodes, style>::clear() {
   for (Node<Dim>& node : nodes_) node = {};
 }
 
-template <int Dim, PlainStyle style>
+template <int Dim, int nodes, PlainStyle style>
 template <bool has_force>
-void PlainLoopOf<Dim, style>::p2g() {
+void PlainLoopOf<Dim, nodes, style>::p2g() {
   for (const Particle<Dim>& p : particles_) {
     for_each_node(p, [&](std::size_t i, double N, const double* dN) {
       Node<Dim>& node = nodes_[i];
@@ -195,8 +213,8 @@ void PlainLoopOf<Dim, style>::p2g() {
   }
 }
 
-template <int Dim, PlainStyle style>
-void PlainLoopOf<Dim, style>::solve_nodes() {
+template <int Dim, int nodes, PlainStyle style>
+void PlainLoopOf<Dim, nodes, style>::solve_nodes() {
   for (Node<Dim>& node : nodes_) {
     if (!(node.mass > 0 && node.mass >= mass_cutoff_)) continue;
     for (int d = 0; d < Dim; ++d) {
@@ -206,17 +224,17 @@ void PlainLoopOf<Dim, style>::solve_nodes() {
   }
 }
 
-template <int Dim, PlainStyle style>
-void PlainLoopOf<Dim, style>::node_velocities() {
+template <int Dim, int nodes, PlainStyle style>
+void PlainLoopOf<Dim, nodes, style>::node_velocities() {
   for (Node<Dim>& node : nodes_) {
     if (!(node.mass > 0 && node.mass >= mass_cutoff_)) continue;
     for (int d = 0; d < Dim; ++d) node.v[d] = node.momentum[d] / node.mass;
   }
 }
 
-template <int Dim, PlainStyle style>
+template <int Dim, int nodes, PlainStyle style>
 template <bool has_velocity, bool has_gradient, bool moves>
-void PlainLoopOf<Dim, style>::g2p() {
+void PlainLoopOf<Dim, nodes, style>::g2p() {
   for (std::size_t n = 0; n < particles_.size(); ++n) {
     Particle<Dim>& p = particles_[n];
     double v[Dim] = {};
@@ -253,8 +271,8 @@ void PlainLoopOf<Dim, style>::g2p() {
   }
 }
 
-template <int Dim, PlainStyle style>
-void PlainLoopOf<Dim, style>::move_by_old_displacement() {
+template <int Dim, int nodes, PlainStyle style>
+void PlainLoopOf<Dim, nodes, style>::move_by_old_displacement() {
   for (std::size_t n = 0; n < particles_.size(); ++n) {
     for (int d = 0; d < Dim; ++d) particles_[n].x[d] += displacement_[n][static_cast<std::size_t>(d)];
   }
@@ -271,8 +289,8 @@ double determinant(const double (&F)[Dim][Dim]) {
 }
 
 /// F <- (I + L dt) F and sigma = (mu (F F^T - I) + lambda ln(J) I) / J.
-template <int Dim, PlainStyle style>
-void PlainLoopOf<Dim, style>::update_stress(Particle<Dim>& p) const {
+template <int Dim, int nodes, PlainStyle style>
+void PlainLoopOf<Dim, nodes, style>::update_stress(Particle<Dim>& p) const {
   double F[Dim][Dim];
   for (int d = 0; d < Dim; ++d) {
     for (int e = 0; e < Dim; ++e) {
@@ -293,8 +311,8 @@ void PlainLoopOf<Dim, style>::update_stress(Particle<Dim>& p) const {
   }
 }
 
-template <int Dim, PlainStyle style>
-double PlainLoopOf<Dim, style>::kinetic_energy() const {
+template <int Dim, int nodes, PlainStyle style>
+double PlainLoopOf<Dim, nodes, style>::kinetic_energy() const {
   double sum = 0;
   for (const Particle<Dim>& p : particles_) {
     for (double v : p.v) sum += 0.5 * p.mass * v * v;
@@ -302,8 +320,8 @@ double PlainLoopOf<Dim, style>::kinetic_energy() const {
   return sum;
 }
 
-template <int Dim, PlainStyle style>
-double PlainLoopOf<Dim, style>::strain_energy() const {
+template <int Dim, int nodes, PlainStyle style>
+double PlainLoopOf<Dim, nodes, style>::strain_energy() const {
   double sum = 0;
   for (const Particle<Dim>& p : particles_) {
     double trace_b = 0;
@@ -318,14 +336,13 @@ double PlainLoopOf<Dim, style>::strain_energy() const {
 
 }  // namespace
 
-std::unique_ptr<PlainLoop> make_plain_loop(const Scene& scene, PlainOrder order, PlainStyle style) {
-  const bool is_tuned = style == PlainStyle::tuned;
-  if (scene.dim == 3) {
-    if (is_tuned) return std::make_unique<PlainLoopOf<3, PlainStyle::tuned>>(scene, order);
-    return std::make_unique<PlainLoopOf<3, PlainStyle::textbook>>(scene, order);
-  }
-  if (is_tuned) return std::make_unique<PlainLoopOf<2, PlainStyle::tuned>>(scene, order);
-  return std::make_unique<PlainLoopOf<2, PlainStyle::textbook>>(scene, order);
+std::unique_ptr<PlainLoop> make_plain_loop(const Scene& scene, PlainOrder order, PlainShape shape, PlainStyle style) {
+  const auto make = [&]<int Dim, int nodes>() -> std::unique_ptr<PlainLoop> {
+    if (style == PlainStyle::tuned) return std::make_unique<PlainLoopOf<Dim, nodes, PlainStyle::tuned>>(scene, order);
+    return std::make_unique<PlainLoopOf<Dim, nodes, PlainStyle::textbook>>(scene, order);
+  };
+  if (shape == PlainShape::linear) return scene.dim == 3 ? make.operator()<3, 2>() : make.operator()<2, 2>();
+  return scene.dim == 3 ? make.operator()<3, 3>() : make.operator()<2, 3>();
 }
 
 }  // namespace matpoint::bench

@@ -1,5 +1,6 @@
 // The yardstick of the benchmark: explicit MPM as a textbook or a thesis writes it, one struct per particle and per node and plain
-// loops over them. It shares nothing with the library but the physics: linear shape functions, lumped mass, FLIP, Neo-Hookean,
+// loops over them. It shares nothing with the library but the physics: linear shape functions or quadratic B-splines (away from the
+// sides of the grid), lumped mass, FLIP, Neo-Hookean,
 // plane strain in 2D, no loads and no boundary conditions. Standard headers only, for its source is compiled for the building host alone.
 #pragma once
 
@@ -17,6 +18,7 @@ struct Scene {
   std::array<int, 3> cells{1, 1, 1};                           ///< Cells per direction.
   std::array<std::vector<std::array<double, 3>>, 2> position;  ///< Of each body's particles [m].
   std::array<std::vector<std::array<double, 3>>, 2> velocity;  ///< [m/s]
+  double gap = 0;                                              ///< Between the bodies [m].
   bool is_at_rest = false;                                     ///< All velocities are zero.
   double volume = 0;                                           ///< Of one particle [m^3].
   double density = 0;                                          ///< [kg/m^3]
@@ -35,6 +37,8 @@ enum class PlainStyle { textbook, tuned };
 /// When the stress is updated within a step: after it, before it, or after it from velocities that were mapped once more.
 enum class PlainOrder { usl, usf, musl };
 
+enum class PlainShape { linear, bspline2 };
+
 class PlainLoop {
  public:
   virtual ~PlainLoop() = default;
@@ -45,6 +49,6 @@ class PlainLoop {
 };
 
 /// Both bodies in one array, in the order of the cells.
-std::unique_ptr<PlainLoop> make_plain_loop(const Scene& scene, PlainOrder order, PlainStyle style);
+std::unique_ptr<PlainLoop> make_plain_loop(const Scene& scene, PlainOrder order, PlainShape shape, PlainStyle style);
 
 }  // namespace matpoint::bench

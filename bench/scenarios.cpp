@@ -19,7 +19,7 @@ std::string arrangement_name(Arrangement arrangement) {
 Scenario bodies(int dim, Arrangement arrangement, std::size_t particles, StressOrder order = StressOrder::usl) {
   Scenario scenario;
   scenario.scene = {dim, arrangement, particles};
-  scenario.order = order;
+  scenario.solver.stress_order = order;
   scenario.name = fmt::format("{}D {} {}", dim, arrangement_name(arrangement), order_name(order));
   return scenario;
 }
@@ -42,6 +42,43 @@ ScenarioSet schemes(std::size_t particles) {
   for (const StressOrder order : {StressOrder::usl, StressOrder::usf, StressOrder::musl}) {
     for (const int dim : {2, 3}) {
       for (const Arrangement arrangement : {k_lattice, k_jitter}) set.scenarios.push_back(bodies(dim, arrangement, particles, order));
+    }
+  }
+  return set;
+}
+
+ScenarioSet shapes(std::size_t particles) {
+  ScenarioSet set{"shapes", "quadratic B-splines against the plain loops, and with other transfers", {}};
+  for (const int dim : {2, 3}) {
+    for (const Arrangement arrangement : {k_lattice, k_jitter}) {
+      Scenario scenario = bodies(dim, arrangement, particles);
+      scenario.solver.shape = ShapeKind::bspline2;
+      scenario.name = fmt::format("{}D {} bspline2", dim, arrangement_name(arrangement));
+      set.scenarios.push_back(scenario);
+    }
+    for (const ShapeKind shape : {ShapeKind::linear, ShapeKind::bspline2}) {
+      Scenario scenario = without_plain(bodies(dim, k_jitter, particles));
+      scenario.solver.shape = shape;
+      scenario.solver.transfer = Transfer::apic;
+      scenario.name = fmt::format("{}D {} apic", dim, shape == ShapeKind::linear ? "linear" : "bspline2");
+      set.scenarios.push_back(scenario);
+    }
+  }
+  return set;
+}
+
+ScenarioSet contacts(std::size_t particles) {
+  ScenarioSet set{"contact", "one velocity field against one per body: bodies that share nodes, and bodies apart", {}};
+  for (const int dim : {2, 3}) {
+    for (const double gap : {1.0, 8.0}) {
+      for (const ContactMethod method : {ContactMethod::single_field, ContactMethod::multi_field}) {
+        Scenario scenario = without_plain(bodies(dim, k_jitter, particles));
+        scenario.scene.gap = gap;
+        scenario.solver.contact = method;
+        scenario.name = fmt::format("{}D {} {}", dim, gap > 1 ? "apart" : "near",
+                                    method == ContactMethod::single_field ? "single_field" : "multi_field");
+        set.scenarios.push_back(scenario);
+      }
     }
   }
   return set;
@@ -70,7 +107,7 @@ ScenarioSet precisions(std::size_t particles) {
     for (const Arrangement arrangement : {k_lattice, k_jitter}) {
       for (const char* precision : {"double", "single"}) {
         Scenario scenario = without_plain(bodies(dim, arrangement, particles));
-        scenario.precision = precision;
+        scenario.solver.precision = precision;
         scenario.name += fmt::format(" {}", precision);
         set.scenarios.push_back(scenario);
       }
@@ -200,6 +237,8 @@ std::vector<ScenarioSet> scenario_sets(std::size_t particles) {
                   {without_plain(bodies(2, k_jitter, 1000000)), without_plain(bodies(2, k_jitter, 10000000)),
                    without_plain(bodies(3, k_jitter, 1000000)), without_plain(bodies(3, k_jitter, 10000000))}});
   sets.push_back({"tiny", "500 and 2000 particles", {bodies(2, k_lattice, 500), bodies(2, k_lattice, 2000), bodies(3, k_lattice, 2000)}});
+  sets.push_back(shapes(particles));
+  sets.push_back(contacts(particles));
   sets.push_back(laws(particles));
   sets.push_back(precisions(particles));
   sets.push_back(threads(particles));

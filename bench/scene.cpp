@@ -11,15 +11,14 @@ constexpr double k_radius = 0.44;          // [m]
 constexpr double k_approach_speed = 0.05;  // [m/s], of each body
 constexpr double k_courant = 0.2;          // wave speed * dt / cell size: the particles move about 1 % of a cell in a step
 
-Vec3 centre_of(std::size_t body, int dim, double cell_size) {
-  // One cell between the bodies: they share nodes, so contact is part of the work.
-  const double x = k_radius + cell_size / 2;
+Vec3 centre_of(std::size_t body, int dim, double gap) {
+  const double x = k_radius + gap / 2;
   return {body == 0 ? 1 - x : 1 + x, 0.5, dim == 3 ? 0.5 : 0};
 }
 
 class BodyVelocity final : public VelocityField {
  public:
-  BodyVelocity(std::size_t body, int dim, double cell_size) : body_(body), dim_(dim), centre_(centre_of(body, dim, cell_size)) {}
+  BodyVelocity(std::size_t body, int dim, double gap) : body_(body), dim_(dim), centre_(centre_of(body, dim, gap)) {}
   Vec3 at(const Vec3& x) const override {
     const double rx = x[0] - centre_[0];
     const double ry = x[1] - centre_[1];
@@ -63,8 +62,8 @@ void for_each_site(const Scene& scene, const std::array<int, 3>& cells, const Ve
 
 void fill_body(Scene& scene, const std::array<int, 3>& cells, std::size_t body, const SceneSpec& spec) {
   const auto dims = static_cast<std::size_t>(scene.dim);
-  const Vec3 centre = centre_of(body, scene.dim, scene.cell_size);
-  const BodyVelocity velocity(body, scene.dim, scene.cell_size);
+  const Vec3 centre = centre_of(body, scene.dim, scene.gap);
+  const BodyVelocity velocity(body, scene.dim, scene.gap);
   std::mt19937_64 random(body + 1);
   const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-53 - 0.5; };
   for_each_site(scene, cells, centre, [&](Vec3 x) {
@@ -96,6 +95,7 @@ Scene make_scene(const SceneSpec& spec) {
   scene.is_at_rest = spec.is_at_rest;
   const int across = cells_across(dim, spec.particles);
   scene.cell_size = 1.0 / across;
+  scene.gap = spec.gap * scene.cell_size;
   const std::array<int, 3> cells{2 * across, across, dim == 3 ? across : 1};
   const double stretch = std::pow(spec.box_factor, 1.0 / dim);
   for (std::size_t d = 0; d < 3; ++d)
@@ -113,7 +113,7 @@ Scene make_scene(const SceneSpec& spec) {
   return scene;
 }
 
-Case make_case(const Scene& scene, StressOrder order, const std::string& precision, const std::optional<Input>& law) {
+Case make_case(const Scene& scene, const SolverSpec& solver, const std::optional<Input>& law) {
   Case problem;
   problem.name = "bench";
   problem.dim = scene.dim;
@@ -121,9 +121,8 @@ Case make_case(const Scene& scene, StressOrder order, const std::string& precisi
     problem.grid.upper[d] = scene.cells[d] * scene.cell_size;
     problem.grid.cells.push_back(scene.cells[d]);
   }
-  problem.solver.stress_order = order;
+  problem.solver = solver;
   problem.solver.flip = 1;
-  problem.solver.precision = precision;
   problem.solver.mass_cutoff = scene.mass_cutoff;
   problem.time.dt = scene.dt;
   Input elastic = Input::table();
@@ -136,7 +135,7 @@ Case make_case(const Scene& scene, StressOrder order, const std::string& precisi
     spec.name = body == 0 ? "left" : "right";
     Seeds seeds{scene.position[body], std::vector<Real>(scene.position[body].size(), scene.volume)};
     spec.layout = points_layout(std::move(seeds.position), std::move(seeds.volume));
-    if (!scene.is_at_rest) spec.velocity = std::make_shared<BodyVelocity>(body, scene.dim, scene.cell_size);
+    if (!scene.is_at_rest) spec.velocity = std::make_shared<BodyVelocity>(body, scene.dim, scene.gap);
     spec.material = material_registry().read(law.value_or(elastic), {scene.dim, "bench"}, "material");
     problem.bodies.push_back(std::move(spec));
   }

@@ -17,6 +17,7 @@ struct SceneSpec {
   int dim = 2;
   Arrangement arrangement = Arrangement::lattice;
   std::size_t particles = 0;  ///< Wanted; a scene has the next number that its lattice gives.
+  double gap = 1;             ///< Between the bodies, in cells: with less than 2 they share nodes, so contact is part of the work.
   double box_factor = 1;      ///< The grid has so many times the cells that the bodies need.
   bool is_at_rest = false;    ///< Then hardly any particle changes its cell.
 };
@@ -24,6 +25,6 @@ struct SceneSpec {
 Scene make_scene(const SceneSpec& spec);
 
 /// The same problem for the library's solver, with the scene's elastic law or another one (density and parameters in the input).
-Case make_case(const Scene& scene, StressOrder order, const std::string& precision, const std::optional<Input>& law = {});
+Case make_case(const Scene& scene, const SolverSpec& solver, const std::optional<Input>& law = {});
 
 }  // namespace matpoint::bench

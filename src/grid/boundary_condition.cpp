@@ -68,6 +68,22 @@ void append_normals(const std::vector<Vec<Dim>>& normals, const int* condition_o
   }
 }
 
+/// The velocity v - V of a node beside that of a surface, and its part along n.
+template <int Dim, class Velocity>
+std::pair<Vec<Dim>, Real> relative(const SurfaceContact<Dim>& contact, const std::vector<Vec<Dim>>& values, const Velocity& v) {
+  Vec<Dim> w;
+  for (std::size_t d = 0; d < Dim; ++d) w[d] = v(d) - values[static_cast<std::size_t>(contact.condition)][d];
+  return {w, dot(w, contact.n)};
+}
+
+/// What of the velocity w, whose part along n is w_n, a surface may take by friction.
+template <int Dim>
+Vec<Dim> sliding(const SurfaceContact<Dim>& contact, const Vec<Dim>& w, Real w_n) {
+  Vec<Dim> along;
+  for (std::size_t d = 0; d < Dim; ++d) along[d] = contact.is_fixed[d] ? 0 : w[d] - w_n * contact.correction[d];
+  return along;
+}
+
 }  // namespace
 
 Vec3 velocity_at(const BoundarySpec& spec, Real t) {
@@ -251,22 +267,6 @@ void BoundaryConditions<Dim, R>::constrain(Tile<Dim, R>& tile, const NodalDynami
   touch_surfaces(tile, dynamics, values, dt, ledger);
 }
 
-/// The velocity v - V of a node beside that of a surface, and its part along n.
-template <int Dim, class Velocity>
-std::pair<Vec<Dim>, Real> relative(const SurfaceContact<Dim>& contact, const std::vector<Vec<Dim>>& values, const Velocity& v) {
-  Vec<Dim> w;
-  for (std::size_t d = 0; d < Dim; ++d) w[d] = v(d) - values[static_cast<std::size_t>(contact.condition)][d];
-  return {w, dot(w, contact.n)};
-}
-
-/// What of the velocity w, whose part along n is w_n, a surface may take by friction.
-template <int Dim>
-Vec<Dim> sliding(const SurfaceContact<Dim>& contact, const Vec<Dim>& w, Real w_n) {
-  Vec<Dim> along;
-  for (std::size_t d = 0; d < Dim; ++d) along[d] = contact.is_fixed[d] ? 0 : w[d] - w_n * contact.correction[d];
-  return along;
-}
-
 template <int Dim, class R>
 void BoundaryConditions<Dim, R>::touch_surfaces(Tile<Dim, R>& tile, const NodalDynamics<Dim>& dynamics, const std::vector<Vec<Dim>>& values,
                                                 Real dt, Ledger& ledger) {
@@ -275,9 +275,9 @@ void BoundaryConditions<Dim, R>::touch_surfaces(Tile<Dim, R>& tile, const NodalD
     contact.sticks = false;
     const Real m = nodes.moved_mass[contact.lane];
     if (m <= 0 || m < dynamics.mass_cutoff) continue;
-    const auto [w, w_n] = relative(contact, values, [&](std::size_t d) { return static_cast<Real>(nodes.velocity[d][contact.lane]); });
+    const auto [w, w_n] = relative<Dim>(contact, values, [&](std::size_t d) { return static_cast<Real>(nodes.velocity[d][contact.lane]); });
     if (w_n >= 0) continue;
-    const Vec<Dim> along = sliding(contact, w, w_n);
+    const Vec<Dim> along = sliding<Dim>(contact, w, w_n);
     const Real speed = std::sqrt(dot(along, along));
     contact.sticks = contact.friction * -w_n >= speed;
     const Real stopped = contact.sticks ? 1 : contact.friction * -w_n / speed;
@@ -301,7 +301,7 @@ void BoundaryConditions<Dim, R>::keep_out(const Tile<Dim, R>& tile, const std::v
                                           std::vector<Vec<Dim>>& velocities) {
   for (const SurfaceContact<Dim>& contact : tile.contacts) {
     Vec<Dim>& v = velocities[static_cast<std::size_t>(contact.lane)];
-    const Real w_n = relative(contact, values, [&](std::size_t d) { return v[d]; }).second;
+    const Real w_n = relative<Dim>(contact, values, [&](std::size_t d) { return v[d]; }).second;
     for (std::size_t d = 0; d < Dim && w_n < 0; ++d) v[d] -= w_n * contact.correction[d];
   }
 }
@@ -353,9 +353,9 @@ void BoundaryConditions<Dim, R>::constrain_second(Tile<Dim, R>& tile, const std:
     for (std::size_t d = 0; d < Dim; ++d) nodes.second[d][fixed.lane] -= static_cast<R>(v_n * fixed.correction[d]);
   }
   for (const SurfaceContact<Dim>& contact : tile.contacts) {
-    const auto [w, w_n] = relative(contact, values, [&](std::size_t d) { return static_cast<Real>(nodes.second[d][contact.lane]); });
+    const auto [w, w_n] = relative<Dim>(contact, values, [&](std::size_t d) { return static_cast<Real>(nodes.second[d][contact.lane]); });
     if (w_n >= 0 && !contact.sticks) continue;
-    const Vec<Dim> along = sliding(contact, w, w_n);
+    const Vec<Dim> along = sliding<Dim>(contact, w, w_n);
     for (std::size_t d = 0; d < Dim; ++d)
       nodes.second[d][contact.lane] -= static_cast<R>(std::min(w_n, Real{0}) * contact.correction[d] + (contact.sticks ? along[d] : 0));
   }

@@ -1,0 +1,171 @@
+// Rigid surfaces that let go and rub: sides of the grid and regions with `contact`, explicit solver.
+#include "support/solver_case.hpp"
+
+namespace matpoint::test {
+namespace {
+
+constexpr Real k_gravity = 9.81;
+constexpr Real k_cell = 1.0 / 16;
+
+BoundarySpec surface(const std::string& side, FaceContact contact, Real friction = 0) {
+  BoundarySpec boundary = make_side(side, BoundaryKind::fixed);
+  boundary.contact = contact;
+  boundary.friction = friction;
+  return boundary;
+}
+
+/// A block of .5 x .25 (x .25) m on the side y = 0 of a wide box; gravity is turned as if that side were inclined by `angle` along x, and
+/// grows within .2 s, so that the block is pressed on gently.
+Case block_on_incline(int dim, Real angle, const BoundarySpec& bottom) {
+  Case problem = make_case(dim, {0, 0, 0}, {4, 0.5, dim == 3 ? 0.5 : 0.0}, {64, 8, 8});
+  problem.grid.cells.resize(static_cast<std::size_t>(dim));
+  const std::array<int, 3> count{16, 8, 8};
+  problem.bodies.push_back(make_body("block", lattice(dim, {0.5, 0, 0.125}, {1, 0.25, 0.375}, count), neo_hookean(2e5, 0.3, 1000)));
+  problem.gravity = {k_gravity * std::sin(angle), -k_gravity * std::cos(angle), 0};
+  problem.gravity_times = {0, 0.2};
+  problem.gravity_factors = {0, 1};
+  problem.boundaries.push_back(bottom);
+  problem.time.dt = 1e-3;
+  problem.time.end = 0.6;
+  return problem;
+}
+
+Real speed_along(const Simulation& sim) { return sim.solver().totals(0).momentum[0] / sim.solver().totals(0).mass; }
+
+void expect_momentum_balance(const Simulation& sim, const Vec3& start, Real tolerance) {
+  const Ledger& ledger = sim.solver().ledger();
+  const Vec3 end = sums_of(sim.solver()).momentum;
+  for (std::size_t d = 0; d < 3; ++d) {
+    const Real booked = ledger.gravity_impulse[d] + ledger.boundary_impulse[d] + ledger.cutoff_impulse[d] + ledger.damping_impulse[d];
+    EXPECT_NEAR(end[d] - start[d], booked, tolerance) << d;
+  }
+}
+
+TEST(SurfaceContact, block_on_an_incline_sticks_or_slips_by_coulombs_law) {
+  const Real angle = std::atan(0.5);
+  for (const int dim : {2, 3}) {
+    for (const StressOrder order : {StressOrder::usl, StressOrder::usf, StressOrder::musl}) {
+      for (const Real mu : {0.0, 0.2, 0.45, 0.6}) {
+        Case problem = block_on_incline(dim, angle, surface("bottom", FaceContact::friction, mu));
+        problem.solver.stress_order = order;
+        if (dim == 3 && mu != 0.2) continue;
+        Simulation sim(problem);
+        sim.run();
+        // Gravity acts for .1 s less than the time that has passed.
+        const Real exact = k_gravity * (std::sin(angle) - mu * std::cos(angle)) * (sim.time() - 0.1);
+        const Real scale = k_gravity * std::sin(angle) * (sim.time() - 0.1);
+        if (mu < 0.5) {
+          EXPECT_NEAR(speed_along(sim), exact, 1e-3 * scale) << dim << " " << order_name(order) << " " << mu;
+        } else {
+          EXPECT_NEAR(speed_along(sim), 0, 5e-3 * scale) << dim << " " << order_name(order) << " " << mu;
+        }
+        expect_momentum_balance(sim, {}, 1e-10);
+        EXPECT_GE(sim.solver().ledger().contact_dissipation, 0);
+      }
+    }
+  }
+}
+
+TEST(SurfaceContact, ball_leaves_a_side_that_lets_go) {
+  for (const BoundaryKind kind : {BoundaryKind::fixed, BoundaryKind::slip}) {
+    for (const FaceContact contact : {FaceContact::stick, FaceContact::no_tension}) {
+      Case problem = make_case(2, {0, 0, 0}, {2, 1, 0}, {32, 16});
+      problem.bodies.push_back(
+          make_body("block", lattice(2, {0.5, 0.25, 0}, {1, 0.75, 0}, {16, 16, 1}), neo_hookean(1e5, 0.3, 1000), [](const Vec3&) {
+            return Vec3{0.5, -1, 0};
+          }));
+      BoundarySpec bottom = make_side("bottom", kind);
+      bottom.contact = contact;
+      problem.boundaries.push_back(bottom);
+      problem.time.dt = 5e-4;
+      problem.time.end = 0.7;
+      Simulation sim(problem);
+      const Vec3 start = sums_of(sim.solver()).momentum;
+      Real greatest = 0;
+      sim.add_callback([&](const Simulation& now) {
+        greatest = std::max(greatest, sums_of(now.solver()).energy);
+        return true;
+      });
+      sim.run();
+      const Real speed = sim.solver().totals(0).momentum[1] / sim.solver().totals(0).mass;
+      if (contact == FaceContact::no_tension)
+        EXPECT_GT(speed, 0.6) << "it should have bounced";
+      else
+        EXPECT_LT(speed, 0.55) << "it should have been held back";
+      expect_momentum_balance(sim, start, 1e-10);
+      EXPECT_LE(greatest, sim.initial_energy() * (1 + 1e-9));
+      if (kind == BoundaryKind::slip) EXPECT_NEAR(sums_of(sim.solver()).momentum[0], start[0], 1e-10);
+    }
+  }
+}
+
+TEST(SurfaceContact, belt_carries_a_block_along_with_mu_n_until_both_are_as_fast) {
+  BoundarySpec belt = surface("bottom", FaceContact::friction, 0.3);
+  belt.kind = BoundaryKind::velocity;
+  belt.velocity = {0.8, 0};
+  Case problem = block_on_incline(2, 0, belt);
+  problem.time.end = 0.3;
+  Simulation sim(problem);
+  sim.run();
+  const Real impulse = sim.solver().ledger().boundary_impulse[0];
+  EXPECT_NEAR(speed_along(sim), 0.3 * k_gravity * (sim.time() - 0.1), 0.01);
+  // The belt has worked more than the block has got: the difference went into friction.
+  EXPECT_NEAR(sim.solver().ledger().boundary_work, impulse * 0.8, 1e-9);
+  EXPECT_GT(sim.solver().ledger().contact_dissipation, 0.4 * impulse * 0.8);
+  sim.run(0.8);
+  EXPECT_NEAR(speed_along(sim), 0.8, 0.01);
+}
+
+TEST(SurfaceContact, mirror_image_of_a_case_has_the_mirror_image_of_its_motion) {
+  Real speed[2];
+  for (const int k : {0, 1}) {
+    Case problem = block_on_incline(2, k == 0 ? 0.6 : -0.6, surface("bottom", FaceContact::friction, 0.3));
+    problem.bodies.clear();
+    const Real left = k == 0 ? 1.5 : 2;
+    problem.bodies.push_back(make_body("block", lattice(2, {left, 0, 0}, {left + 0.5, 0.25, 0}, {16, 8, 1}), neo_hookean(2e5, 0.3, 1000)));
+    Simulation sim(problem);
+    sim.run();
+    speed[k] = speed_along(sim);
+  }
+  EXPECT_GT(speed[0], 0.5);
+  EXPECT_NEAR(speed[0], -speed[1], 1e-10 * speed[0]);
+}
+
+TEST(SurfaceContact, corner_of_a_side_that_holds_and_one_that_rubs) {
+  Case problem = block_on_incline(2, 0.3, surface("bottom", FaceContact::friction, 0.1));
+  problem.bodies.clear();
+  problem.bodies.push_back(make_body("block", lattice(2, {3.5, 0, 0}, {4, 0.25, 0}, {16, 8, 1}), neo_hookean(2e5, 0.3, 1000)));
+  problem.boundaries.push_back(make_side("right", BoundaryKind::slip));
+  problem.solver.damping = 20;
+  problem.time.end = 1;
+  Simulation sim(problem);
+  sim.run();
+  EXPECT_NEAR(speed_along(sim), 0, 1e-3);
+  expect_momentum_balance(sim, {}, 1e-9);
+}
+
+TEST(SurfaceContact, region_as_an_obstacle_lets_go_and_rubs) {
+  // A plane along an axis, but as a region: as the side of the grid.
+  Real speed[2];
+  for (const int k : {0, 1}) {
+    BoundarySpec bottom = surface("bottom", FaceContact::friction, 0.2);
+    if (k == 1) {
+      bottom.side.clear();
+      bottom.region = read(
+                          "[grid]\nupper = [4, 1]\ncell_size = 0.0625\n[time]\nend = 1\n[[body]]\nname = \"b\"\nregion = { type = \"box\", "
+                          "lower = [0, 0], upper = [1, 1] }\nlayout = { type = \"per_cell\", count = 2 }\nmaterial = { type = "
+                          "\"neo_hookean\", density = 1, youngs_modulus = 1, poissons_ratio = 0.3 }\n[[boundary]]\nkind = \"slip\"\n"
+                          "region = { type = \"half_space\", point = [0, 0], normal = [0, 1] }\n")
+                          .boundaries[0]
+                          .region;
+    }
+    Simulation sim(block_on_incline(2, 0.5, bottom));
+    sim.run();
+    speed[k] = speed_along(sim);
+  }
+  EXPECT_GT(speed[0], 0.5);
+  EXPECT_NEAR(speed[1], speed[0], 1e-12);
+}
+
+}  // namespace
+}  // namespace matpoint::test
