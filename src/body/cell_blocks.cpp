@@ -76,7 +76,7 @@ Block<Dim, R>* CellBlocks<Dim, R>::find_or_make(Band& band, const Place<Dim>& fi
   block->key = key_of(first);
   block->slot_count = 0;
   std::fill_n(block->counts, L, R{0});
-  const int rows_across = grid_.order() + 1;
+  const int rows_across = grid_.span() + 1;
   for (int row = 0; row < grid_.row_count(); ++row) {
     Place<Dim> node = first;
     node[1] += row % rows_across;

@@ -104,7 +104,11 @@ void ParticleBody<Dim, R>::seed(const BodySpec& spec, const std::string& where, 
   const auto [smallest, largest] = std::minmax_element(seeds.volume.begin(), seeds.volume.end());
   smallest_volume_ = *smallest;
   uniform_volume_ = *smallest;
-  mass_ = std::accumulate(seeds.volume.begin(), seeds.volume.end(), Real{0}) * material_->density();
+  const Real volume = std::accumulate(seeds.volume.begin(), seeds.volume.end(), Real{0});
+  mass_ = volume * material_->density();
+  Real per_cell = static_cast<Real>(n) / volume;
+  for (int d = 0; d < Dim; ++d) per_cell *= grid.cell_size(d);
+  reach_ = 0.5 * std::min(Real{1}, std::pow(per_cell, -Real{1} / Dim));
   const SlotLayout<Dim> layout = make_layout<Dim>(spec, scheme_, *smallest != *largest);
   blocks_ = std::make_unique<Blocks>(grid, layout);
 
@@ -173,6 +177,7 @@ SweepContext<Dim, R> ParticleBody<Dim, R>::make_context(Real dt, Real flip) cons
   for (int d = 0; d < Dim; ++d) {
     context.inverse_cell_size[d] = static_cast<R>(1 / grid_.cell_size(d));
     context.cells[d] = grid_.cells(d);
+    context.reach[d] = static_cast<R>(reach_);
   }
   context.law = material_->law_data();
   context.law_kernel = material_->law_index() >= 0 ? kernels_.laws[material_->law_index()] : &update_function_law<Dim, R>;
@@ -184,6 +189,8 @@ SweepContext<Dim, R> ParticleBody<Dim, R>::make_context(Real dt, Real flip) cons
 template <int Dim, class R>
 SweepVariant ParticleBody<Dim, R>::variant() const {
   const SlotLayout<Dim>& at = blocks_->layout();
+  if (scheme_.shape == ShapeKind::bspline3) return SweepVariant::bspline3;
+  if (scheme_.shape == ShapeKind::gimp) return SweepVariant::gimp;
   if (scheme_.shape == ShapeKind::bspline2) return at.C >= 0 ? SweepVariant::bspline2_affine : SweepVariant::bspline2;
   if (at.C >= 0) return SweepVariant::linear_affine;
   return at.u >= 0 || at.b >= 0 ? SweepVariant::linear : SweepVariant::linear_plain;
@@ -381,10 +388,12 @@ void ParticleBody<Dim, R>::settle_band(Sweep what, std::size_t band, const std::
 /// What the kernels do for the particles that stay: mass, momentum and force to the nodes of the cell.
 template <int Dim, class R>
 void ParticleBody<Dim, R>::map_arrival(Sweep what, const Block<Dim, R>& block, int lane, const R* fields) {
-  if (scheme_.shape == ShapeKind::linear)
-    map_arrival_with<ShapeLinear<R>>(what, block, lane, fields);
-  else
-    map_arrival_with<ShapeBSpline2<R>>(what, block, lane, fields);
+  switch (scheme_.shape) {
+    case ShapeKind::linear: return map_arrival_with<ShapeLinear<R>>(what, block, lane, fields);
+    case ShapeKind::bspline2: return map_arrival_with<ShapeBSpline2<R>>(what, block, lane, fields);
+    case ShapeKind::bspline3: return map_arrival_with<ShapeBSpline3<R>>(what, block, lane, fields);
+    case ShapeKind::gimp: return map_arrival_with<ShapeGimp<R>>(what, block, lane, fields);
+  }
 }
 
 template <int Dim, class R>
@@ -398,12 +407,12 @@ void ParticleBody<Dim, R>::map_arrival_with(Sweep what, const Block<Dim, R>& blo
   R w[Dim][n], dw[Dim][n], away[Dim][n];
   for (int d = 0; d < Dim; ++d) {
     const int cell = block.first[static_cast<std::size_t>(d)] + (d == 0 ? lane : 0);
-    const Shape shape(cell == 0 ? R(1) : R(0.5), cell == grid_.cells(d) - 1 ? R(1) : R(0.5));
+    const Shape shape = shape_at<Shape>(cell, d);
     const R h = static_cast<R>(grid_.cell_size(d));
     shape.weights(fields[at.x + d], w[d], dw[d]);
     for (int i = 0; i < n; ++i) {
       dw[d][i] /= h;
-      away[d][i] = (shape.place(i) - fields[at.x + d]) * h;
+      away[d][i] = (shape.place(i) - shape.centre(fields[at.x + d])) * h;
     }
   }
   for (int row = 0; row < grid_.row_count(); ++row) {

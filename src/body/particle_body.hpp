@@ -79,6 +79,11 @@ class ParticleBody final : public Body<Dim> {
   void settle(Sweep what);
   void settle_band(Sweep what, std::size_t band, const std::vector<std::pair<std::size_t, std::size_t>>& arrivals);
   void map_arrival(Sweep what, const Block<Dim, R>& block, int lane, const R* fields);
+  /// The shape functions of a cell of a direction.
+  template <class Shape>
+  Shape shape_at(int cell, int d) const {
+    return Shape(static_cast<R>(std::min(cell, 2)), static_cast<R>(std::min(grid_.cells(d) - 1 - cell, 2)), static_cast<R>(reach_));
+  }
   template <class Shape>
   void map_arrival_with(Sweep what, const Block<Dim, R>& block, int lane, const R* fields);
   SweepVariant variant() const;
@@ -133,6 +138,7 @@ class ParticleBody final : public Body<Dim> {
   Index id_count_ = 0;
   Real uniform_volume_ = 0;
   Real smallest_volume_ = 0;
+  Real reach_ = 0;  ///< Half of a particle's domain, in cell sides, for GIMP: one for the body.
   Real mass_ = 0;
   int sweeps_since_prune_ = 0;
 

@@ -31,7 +31,7 @@ void ParticleBody<Dim, R>::add_surfaces(const TileNodes<Dim>& nodes, std::vector
           Shape shapes[Dim];
           for (int d = 0; d < Dim; ++d) {
             const int cell = first[static_cast<std::size_t>(d)] + (d == 0 ? lane : 0);
-            shapes[d] = Shape(cell == 0 ? R(1) : R(0.5), cell == grid_.cells(d) - 1 ? R(1) : R(0.5));
+            shapes[d] = shape_at<Shape>(cell, d);
           }
           for (int k = 0; k < block->count(lane); ++k) {
             const R* const fields = block->slot(k, at.field_count) + lane;

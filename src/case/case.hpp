@@ -17,7 +17,7 @@ namespace matpoint {
 
 enum class StressOrder { usl, usf, musl };
 /// How velocities go from the grid to the particles and back.
-enum class Transfer { flip, pic, apic, tpic };
+enum class Transfer { flip, pic, apic, tpic, fmpm };
 /// How bodies meet: in one velocity field, or each with its own and impulses between them.
 enum class ContactMethod { single_field, multi_field };
 /// Where shape functions are taken: at the particles' places now, or in the reference configuration.
@@ -102,6 +102,7 @@ struct SolverSpec {
   ContactMethod contact = ContactMethod::single_field;
   Real friction = 0;  ///< Between bodies with velocity fields of their own [1].
   Real flip = 1;
+  int fmpm_order = 2;  ///< Of transfer = "fmpm": terms of the series for the inverse of the mass matrix.
   Real damping = 0;
   Real mass_cutoff_relative = 1e-3;
   std::optional<Real> mass_cutoff;

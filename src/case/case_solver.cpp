@@ -13,6 +13,8 @@ void check_solver(SolverSpec& solver, const Input& input, const ReadContext& con
   solver.mass_cutoff_place = at_key(input, solver.mass_cutoff ? "mass_cutoff" : "mass_cutoff_relative").place();
   if (solver.transfer != Transfer::flip && is_given(input, "flip"))
     fail_input(at_key(input, "flip"), context, "flip is the share of FLIP in transfer = \"flip\"; leave it out with the others");
+  if (solver.transfer != Transfer::fmpm && is_given(input, "fmpm_order"))
+    fail_input(at_key(input, "fmpm_order"), context, "fmpm_order is for transfer = \"fmpm\" only");
   if (solver.contact == ContactMethod::single_field && is_given(input, "friction"))
     fail_input(at_key(input, "friction"), context, "friction is for contact = \"multi_field\": in one velocity field bodies stick");
   if (solver.mass_cutoff && is_given(input, "mass_cutoff_relative")) {
@@ -68,12 +70,13 @@ void check_shape(const Case& problem, const Input& input) {
     const Input& grid = section_of(input, "grid");
     if (!problem.grid.periodic.empty()) {
       fail_case(at_key(grid, "periodic"), "grid",
-                "periodic sides are for solver.shape = \"linear\" only: B-splines end at the sides of the grid");
+                "periodic sides are for solver.shape = \"linear\" only: wider shapes end at the sides of the grid");
     }
     const Input& output = section_of(input, "output");
     if (problem.output.grid) {
-      fail_case(at_key(output, "grid"), "output",
-                "grid = true is for solver.shape = \"linear\" only: the nodes of B-splines are control points, their values are no field");
+      fail_case(
+          at_key(output, "grid"), "output",
+          "grid = true is for solver.shape = \"linear\" only: the nodes of wider shapes are no corners of cells with values of a field");
     }
   }
   if (problem.solver.contact == ContactMethod::multi_field) {
@@ -86,6 +89,11 @@ void check_shape(const Case& problem, const Input& input) {
     }
     if (!problem.grid.periodic.empty())
       fail_case(at_key(solver, "contact"), "solver", "contact = \"multi_field\" cannot be used with periodic sides");
+    if (problem.solver.transfer == Transfer::fmpm) {
+      fail_case(at_key(solver, "contact"), "solver",
+                "contact = \"multi_field\" cannot be used with transfer = \"fmpm\", which spreads a node's velocity to its neighbours; use "
+                "\"flip\", \"pic\", \"apic\" or \"tpic\"");
+    }
   }
   for (const BodySpec& body : problem.bodies) {
     if (body.formulation == Formulation::updated || problem.bodies.size() == 1) continue;
@@ -276,17 +284,60 @@ void check_for_solver(const Case& problem, const Input& input) {
     check_for_explicit(problem, input);
 }
 
+namespace {
+
+/// Choices that go together; keys that are given beside override them. Why these: docs/theory.md, "Which combination".
+struct Quality {
+  const char* name;
+  ShapeKind shape;
+  Transfer transfer;
+  StressOrder stress_order;
+  const char* precision;
+};
+constexpr Quality k_qualities[] = {{"robust", ShapeKind::bspline2, Transfer::apic, StressOrder::usl, "double"},
+                                   {"accurate", ShapeKind::bspline2, Transfer::flip, StressOrder::musl, "double"},
+                                   {"fast", ShapeKind::linear, Transfer::flip, StressOrder::musl, "single"}};
+
+void read_quality(SolverSpec& solver, const Input& input, const ReadContext& context) {
+  std::string given;
+  read_value(input, context, "quality", any_number(), given);
+  std::vector<std::string> names;
+  for (const Quality& quality : k_qualities) {
+    names.emplace_back(quality.name);
+    if (given != quality.name) continue;
+    solver.shape = quality.shape;
+    solver.transfer = quality.transfer;
+    solver.stress_order = quality.stress_order;
+    solver.precision = quality.precision;
+    return;
+  }
+  fail_input(input, context,
+             fmt::format("quality = {} is unknown, allowed: {}{}", input.text(), list_names(names), did_you_mean(given, names)));
+}
+
+}  // namespace
+
 void SolverSpec::declare(ParameterTable<SolverSpec>& table) {
+  // First, so that keys after it override what it chooses; it is written as what it chose.
+  table.custom(
+      {"quality", "1", "string", "", "\"robust\", \"accurate\" or \"fast\"",
+       "Chooses shape, transfer, stress_order and precision together, where they are not given; `matpoint check` prints what.", false},
+      read_quality, [](const SolverSpec&, int) -> std::optional<Input> { return std::nullopt; });
   table.optional("type", "1", &SolverSpec::type, any_number(), "\"explicit\" or \"implicit\".");
   table.choice("stress_order", &SolverSpec::stress_order,
                {{"usl", StressOrder::usl}, {"usf", StressOrder::usf}, {"musl", StressOrder::musl}},
                "When a step updates the stress: last (usl), first (usf), or last from velocities mapped once more (musl).");
-  table.choice("shape", &SolverSpec::shape, {{"linear", ShapeKind::linear}, {"bspline2", ShapeKind::bspline2}},
-               "Shape functions of the grid: linear, or quadratic B-splines that are clamped at the sides.");
+  table.choice(
+      "shape", &SolverSpec::shape,
+      {{"linear", ShapeKind::linear}, {"bspline2", ShapeKind::bspline2}, {"bspline3", ShapeKind::bspline3}, {"gimp", ShapeKind::gimp}},
+      "Shape functions of the grid: linear, quadratic or cubic B-splines that are clamped at the sides, or linear averaged over the "
+      "particles' domains (gimp: uGIMP).");
   table.choice(
       "transfer", &SolverSpec::transfer,
-      {{"flip", Transfer::flip}, {"pic", Transfer::pic}, {"apic", Transfer::apic}, {"tpic", Transfer::tpic}},
-      "How velocities reach the particles: their changes (flip), themselves (pic), or themselves with an affine part (apic, tpic).");
+      {{"flip", Transfer::flip}, {"pic", Transfer::pic}, {"apic", Transfer::apic}, {"tpic", Transfer::tpic}, {"fmpm", Transfer::fmpm}},
+      "How velocities reach the particles: their changes (flip), themselves (pic), with an affine part (apic, tpic), or by a better "
+      "inverse "
+      "of the mass matrix (fmpm).");
   table.custom(
       {"flip", "1", "number", "1", "0 <= value <= 1", "Of transfer = \"flip\": its share in the particles' velocity; the rest is PIC.",
        false},
@@ -296,6 +347,16 @@ void SolverSpec::declare(ParameterTable<SolverSpec>& table) {
       [](const SolverSpec& solver, int) -> std::optional<Input> {
         if (solver.transfer != Transfer::flip) return std::nullopt;
         return Input::real(solver.flip);
+      });
+  table.custom(
+      {"fmpm_order", "1", "integer", "2", "1 <= value <= 20",
+       "Of transfer = \"fmpm\": terms of the series for the inverse of the mass matrix; 1 is PIC.", false},
+      [](SolverSpec& solver, const Input& input, const ReadContext& context) {
+        read_value(input, context, "fmpm_order", between_closed(1, 20), solver.fmpm_order);
+      },
+      [](const SolverSpec& solver, int) -> std::optional<Input> {
+        if (solver.transfer != Transfer::fmpm) return std::nullopt;
+        return Input::integer(solver.fmpm_order);
       });
   table.choice("contact", &SolverSpec::contact,
                {{"single_field", ContactMethod::single_field}, {"multi_field", ContactMethod::multi_field}},

@@ -123,7 +123,7 @@ std::optional<Vec3> BoundaryConditions<Dim, R>::place_in(std::size_t condition, 
       if (spec.region->contains(x)) return x;
     } else {
       const Side side = side_of(spec.side);
-      if (image[static_cast<std::size_t>(side.axis)] == (side.is_upper ? grid.nodes(side.axis) - 1 : 0)) return x;
+      if (image[static_cast<std::size_t>(side.axis)] == grid.side_node(side.axis, side.is_upper)) return x;
     }
   }
   return std::nullopt;
@@ -143,7 +143,7 @@ bool BoundaryConditions<Dim, R>::has_node(std::size_t condition, const Grid<Dim,
       return static_cast<int>(std::clamp((x - grid.lower(d)) / grid.cell_size(d), Real{-1}, static_cast<Real>(grid.nodes(d))));
     };
     first[s] = std::max(0, node_at(lower[s]) - 1);
-    last[s] = std::min(grid.nodes(d) - 1, node_at(upper[s]) + grid.order());
+    last[s] = std::min(grid.nodes(d) - 1, node_at(upper[s]) + grid.span());
     if (last[s] < first[s]) return false;
   }
   Place<Dim> node = first;
@@ -272,13 +272,14 @@ void BoundaryConditions<Dim, R>::touch_surfaces(Tile<Dim, R>& tile, const NodalD
                                                 Real dt, Ledger& ledger) {
   NodeValues<Dim, R>& nodes = tile.values;
   for (SurfaceContact<Dim>& contact : tile.contacts) {
-    contact.sticks = false;
+    contact.presses = contact.sticks = false;
     const Real m = nodes.moved_mass[contact.lane];
     if (m <= 0 || m < dynamics.mass_cutoff) continue;
     const auto [w, w_n] = relative<Dim>(contact, values, [&](std::size_t d) { return static_cast<Real>(nodes.velocity[d][contact.lane]); });
     if (w_n >= 0) continue;
     const Vec<Dim> along = sliding<Dim>(contact, w, w_n);
     const Real speed = std::sqrt(dot(along, along));
+    contact.presses = true;
     contact.sticks = contact.friction * -w_n >= speed;
     const Real stopped = contact.sticks ? 1 : contact.friction * -w_n / speed;
     for (std::size_t d = 0; d < Dim; ++d) {
@@ -293,6 +294,22 @@ void BoundaryConditions<Dim, R>::touch_surfaces(Tile<Dim, R>& tile, const NodalD
       ledger.boundary_work += work;
       ledger.contact_dissipation += work - impulse * (old + 0.5 * change);
     }
+  }
+}
+
+template <int Dim, class R>
+void BoundaryConditions<Dim, R>::leave_out(const Tile<Dim, R>& tile, Vec<Dim>* changes) {
+  for (const FixedComponent& fixed : tile.components) changes[fixed.lane][static_cast<std::size_t>(fixed.component)] = 0;
+  for (const FixedNormal<Dim>& fixed : tile.normals) {
+    const Real along = dot(fixed.n, changes[fixed.lane]);
+    for (std::size_t d = 0; d < Dim; ++d) changes[fixed.lane][d] -= along * fixed.correction[d];
+  }
+  for (const SurfaceContact<Dim>& contact : tile.contacts) {
+    if (!contact.presses) continue;
+    Vec<Dim>& change = changes[contact.lane];
+    const Real w_n = dot(contact.n, change);
+    const Vec<Dim> along = sliding<Dim>(contact, change, w_n);
+    for (std::size_t d = 0; d < Dim; ++d) change[d] -= w_n * contact.correction[d] + (contact.sticks ? along[d] : 0);
   }
 }
 
@@ -354,10 +371,11 @@ void BoundaryConditions<Dim, R>::constrain_second(Tile<Dim, R>& tile, const std:
   }
   for (const SurfaceContact<Dim>& contact : tile.contacts) {
     const auto [w, w_n] = relative<Dim>(contact, values, [&](std::size_t d) { return static_cast<Real>(nodes.second[d][contact.lane]); });
-    if (w_n >= 0 && !contact.sticks) continue;
+    // By what the node did when it moved, not by the sign of w_n: of its noise, half would be taken, and the rest would strain the body.
+    if (!contact.presses) continue;
     const Vec<Dim> along = sliding<Dim>(contact, w, w_n);
     for (std::size_t d = 0; d < Dim; ++d)
-      nodes.second[d][contact.lane] -= static_cast<R>(std::min(w_n, Real{0}) * contact.correction[d] + (contact.sticks ? along[d] : 0));
+      nodes.second[d][contact.lane] -= static_cast<R>(w_n * contact.correction[d] + (contact.sticks ? along[d] : 0));
   }
 }
 

@@ -38,6 +38,10 @@ class BoundaryConditions {
   /// Imposes the velocities on `second` only (USF, second mapping of MUSL).
   void constrain_second(Tile<Dim, R>& tile, const std::vector<Vec<Dim>>& values) const;
 
+  /// Takes from changes of velocity, one per lane, what the conditions forbid: a surface that lets go holds what it held in the last
+  /// advance.
+  static void leave_out(const Tile<Dim, R>& tile, Vec<Dim>* changes);
+
   /// Takes from a node's velocity what would carry it into a surface that lets go, without friction.
   static void keep_out(const Tile<Dim, R>& tile, const std::vector<Vec<Dim>>& values, std::vector<Vec<Dim>>& velocities);
 

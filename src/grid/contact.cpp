@@ -45,13 +45,18 @@ void keep_conditions(const Tile<Dim, R>& tile, const std::vector<Vec<Dim>>& befo
 
 template <int Dim, class R>
 void Contact<Dim, R>::apply(Change change, const NodalDynamics<Dim>& dynamics, Real dt, Ledger& ledger) {
-  const std::vector<std::vector<Shared>> shared = find_shared();
-  std::vector<Ledger> books(shared.size());
+  if (change == Change::motion) shared_ = find_shared();
+  std::vector<Ledger> books(shared_.size());
   Index work_size = 0;
-  for (const auto& band : shared) work_size += static_cast<Index>(band.size()) * k_lanes<R>;
-  parallel_for(static_cast<Index>(shared.size()), work_size, [&](Index b) {
+  for (const auto& band : shared_) work_size += static_cast<Index>(band.size()) * k_lanes<R>;
+  parallel_for(static_cast<Index>(shared_.size()), work_size, [&](Index b) {
     const auto band = static_cast<std::size_t>(b);
-    for (const Shared& one : shared[band]) work(one, band, change, dynamics, dt, books[band]);
+    for (Shared& one : shared_[band]) {
+      if (change == Change::motion)
+        move(one, band, dynamics.mass_cutoff, dt, books[band]);
+      else
+        keep_together(one, band);
+    }
   });
   // In the order of the bands: the same bits for any number of threads.
   for (const Ledger& book : books) {
@@ -68,7 +73,7 @@ std::vector<std::vector<typename Contact<Dim, R>::Shared>> Contact<Dim, R>::find
   for (std::size_t a = 0; a + 1 < grids_.size(); ++a) {
     for (std::size_t band = 0; band < all.size(); ++band) {
       for (Tile<Dim, R>* tile : grids_[a]->tiles(band)) {
-        Shared shared{{a}, {tile}};
+        Shared shared{{a}, {tile}, {}};
         for (std::size_t b = a + 1; b < grids_.size(); ++b) {
           if (Tile<Dim, R>* const other = grids_[b]->find(tile->first)) {
             shared.bodies.push_back(b);
@@ -86,29 +91,33 @@ std::vector<std::vector<typename Contact<Dim, R>::Shared>> Contact<Dim, R>::find
 }
 
 template <int Dim, class R>
-void Contact<Dim, R>::work(const Shared& shared, std::size_t band, Change change, const NodalDynamics<Dim>& dynamics, Real dt,
-                           Ledger& ledger) const {
-  const std::size_t count = shared.bodies.size();
-  std::vector<Velocities> before(count);
-  for (std::size_t k = 0; k < count; ++k) {
+std::vector<typename Contact<Dim, R>::Velocities> Contact<Dim, R>::velocities_of(const Shared& shared, std::size_t band,
+                                                                                 Change change) const {
+  std::vector<Velocities> all(shared.bodies.size());
+  for (std::size_t k = 0; k < all.size(); ++k) {
     grids_[shared.bodies[k]]->prepare(*shared.tiles[k], band);
     const NodeValues<Dim, R>& nodes = shared.tiles[k]->values;
-    before[k].resize(k_lanes<R>);
+    all[k].resize(k_lanes<R>);
     for (std::size_t lane = 0; lane < k_lanes<R>; ++lane) {
-      for (std::size_t d = 0; d < Dim; ++d) before[k][lane][d] = (change == Change::motion ? nodes.velocity : nodes.second)[d][lane];
+      for (std::size_t d = 0; d < Dim; ++d) all[k][lane][d] = (change == Change::motion ? nodes.velocity : nodes.second)[d][lane];
     }
   }
+  return all;
+}
+
+template <int Dim, class R>
+void Contact<Dim, R>::move(Shared& shared, std::size_t band, Real mass_cutoff, Real dt, Ledger& ledger) const {
+  const std::size_t count = shared.bodies.size();
+  const std::vector<Velocities> before = velocities_of(shared, band, Change::motion);
   std::vector<Velocities> after = before;
-  bool is_changed = false;
   for (int round = 0; round < (count == 2 ? 1 : k_rounds); ++round) {
-    bool is_changed_now = false;
+    bool is_changed = false;
     for (std::size_t a = 0; a < count; ++a) {
-      for (std::size_t b = a + 1; b < count; ++b) is_changed_now = collide(shared, a, b, dynamics.mass_cutoff, after) || is_changed_now;
+      for (std::size_t b = a + 1; b < count; ++b) is_changed = collide(shared, a, b, mass_cutoff, after) || is_changed;
     }
-    if (!is_changed_now) break;
-    is_changed = true;
+    if (!is_changed) break;
   }
-  if (!is_changed) return;
+  if (shared.collisions.empty()) return;
   for (std::size_t k = 0; k < count; ++k) {
     const Velocities wanted = after[k];
     keep_conditions<Dim>(*shared.tiles[k], before[k], grids_[0]->boundary_velocities(), after[k]);
@@ -118,18 +127,40 @@ void Contact<Dim, R>::work(const Shared& shared, std::size_t band, Change change
       const Vec<Dim>& now = after[k][lane];
       if (now == old && wanted[lane] == old) continue;
       for (std::size_t d = 0; d < Dim; ++d) {
-        if (change == Change::gradient) {
-          nodes.second[d][lane] = static_cast<R>(now[d]);
-          continue;
-        }
         nodes.velocity[d][lane] = static_cast<R>(now[d]);
         nodes.second[d][lane] += static_cast<R>((now[d] - old[d]) / dt);
         const Real impulse = nodes.moved_mass[lane] * (now[d] - wanted[lane][d]);
         ledger.boundary_impulse[d] += impulse;
         ledger.boundary_work += impulse * now[d];
       }
-      if (change == Change::motion)
-        ledger.contact_dissipation += 0.5 * nodes.moved_mass[lane] * (dot(old, old) - dot(wanted[lane], wanted[lane]));
+      ledger.contact_dissipation += 0.5 * nodes.moved_mass[lane] * (dot(old, old) - dot(wanted[lane], wanted[lane]));
+    }
+  }
+}
+
+/// By what the nodes did when they moved, not by whether they approach again: half of the noise of their velocities would be taken, and the
+/// rest would strain the bodies (an impact on a wall gained 15 % of its energy).
+template <int Dim, class R>
+void Contact<Dim, R>::keep_together(const Shared& shared, std::size_t band) const {
+  if (shared.collisions.empty()) return;
+  const std::vector<Velocities> before = velocities_of(shared, band, Change::gradient);
+  std::vector<Velocities> after = before;
+  for (const Collision& one : shared.collisions) {
+    Vec<Dim>& v_a = after[one.a][one.lane];
+    Vec<Dim>& v_b = after[one.b][one.lane];
+    const Real m_a = shared.tiles[one.a]->values.moved_mass[one.lane];
+    const Real m_b = shared.tiles[one.b]->values.moved_mass[one.lane];
+    const Real along = dot(v_a, one.n) - dot(v_b, one.n);
+    for (std::size_t d = 0; d < Dim; ++d) {
+      const Real relative = one.sticks ? v_a[d] - v_b[d] : along * one.n[d];
+      v_a[d] -= m_b / (m_a + m_b) * relative;
+      v_b[d] += m_a / (m_a + m_b) * relative;
+    }
+  }
+  for (std::size_t k = 0; k < after.size(); ++k) {
+    keep_conditions<Dim>(*shared.tiles[k], before[k], grids_[0]->boundary_velocities(), after[k]);
+    for (std::size_t lane = 0; lane < k_lanes<R>; ++lane) {
+      for (std::size_t d = 0; d < Dim; ++d) shared.tiles[k]->values.second[d][lane] = static_cast<R>(after[k][lane][d]);
     }
   }
 }
@@ -171,8 +202,7 @@ Vec<Dim> Contact<Dim, R>::normal(const NodeSurface<Dim>& a, const NodeSurface<Di
 
 /// Two bodies at the nodes of a tile. Returns whether anything changed.
 template <int Dim, class R>
-bool Contact<Dim, R>::collide(const Shared& shared, std::size_t a, std::size_t b, Real mass_cutoff,
-                              std::vector<Velocities>& velocities) const {
+bool Contact<Dim, R>::collide(Shared& shared, std::size_t a, std::size_t b, Real mass_cutoff, std::vector<Velocities>& velocities) const {
   const NodeValues<Dim, R>& nodes_a = shared.tiles[a]->values;
   const NodeValues<Dim, R>& nodes_b = shared.tiles[b]->values;
   TileNodes<Dim> at{shared.tiles[a]->first, {}};
@@ -202,6 +232,7 @@ bool Contact<Dim, R>::collide(const Shared& shared, std::size_t a, std::size_t b
       v_a[d] -= m_b / (m_a + m_b) * relative;
       v_b[d] += m_a / (m_a + m_b) * relative;
     }
+    shared.collisions.push_back({a, b, static_cast<std::size_t>(lane), n, stopped == 1});
     is_changed = true;
   }
   return is_changed;

@@ -32,28 +32,40 @@ class Contact {
   enum class Change {
     motion,   ///< Velocity and acceleration, after Grid::start_pass(advance).
     gradient  ///< Only `second`, the velocities of MUSL's second mapping, after Grid::start_pass(velocity): no momentum changes hands.
+              ///< Nodes that collided when they moved keep together.
   };
   /// To be called before any sweep of the pass. Books what the impulses take of the kinetic energy, and what walls give back.
   void apply(Change change, const NodalDynamics<Dim>& dynamics, Real dt, Ledger& ledger);
 
  private:
+  /// Of two bodies at a node.
+  struct Collision {
+    std::size_t a, b;  ///< Of the bodies that share the tile.
+    std::size_t lane;
+    Vec<Dim> n;
+    bool sticks;
+  };
   /// A tile that several bodies have, in the order of the bodies.
   struct Shared {
     std::vector<std::size_t> bodies;
     std::vector<Tile<Dim, R>*> tiles;
+    std::vector<Collision> collisions;  ///< When the nodes moved.
   };
   /// Velocities of a tile's nodes.
   using Velocities = std::vector<Vec<Dim>>;
 
   std::vector<std::vector<Shared>> find_shared() const;
-  void work(const Shared& shared, std::size_t band, Change change, const NodalDynamics<Dim>& dynamics, Real dt, Ledger& ledger) const;
-  bool collide(const Shared& shared, std::size_t a, std::size_t b, Real mass_cutoff, std::vector<Velocities>& velocities) const;
+  void move(Shared& shared, std::size_t band, Real mass_cutoff, Real dt, Ledger& ledger) const;
+  void keep_together(const Shared& shared, std::size_t band) const;
+  std::vector<Velocities> velocities_of(const Shared& shared, std::size_t band, Change change) const;
+  bool collide(Shared& shared, std::size_t a, std::size_t b, Real mass_cutoff, std::vector<Velocities>& velocities) const;
   Vec<Dim> normal(const NodeSurface<Dim>& a, const NodeSurface<Dim>& b) const;
   bool touch(const NodeSurface<Dim>& a, const NodeSurface<Dim>& b, const Vec<Dim>& n) const;
 
   std::vector<Grid<Dim, R>*> grids_;
   std::vector<const Body<Dim>*> bodies_;
   Real friction_;
+  std::vector<std::vector<Shared>> shared_;  ///< Per band of the grid, as of the last motion.
 };
 
 }  // namespace matpoint

@@ -15,7 +15,7 @@ constexpr int k_band_rows_max = 16;
 }  // namespace
 
 template <int Dim, class R>
-Grid<Dim, R>::Grid(const GridSpec& spec, ShapeKind shape) : order_(order_of(shape)) {
+Grid<Dim, R>::Grid(const GridSpec& spec, ShapeKind shape) : shape_(shape), span_(span_of(shape)) {
   for (int d = 0; d < Dim; ++d) {
     const auto s = static_cast<std::size_t>(d);
     lower_[d] = spec.lower[s];
@@ -28,7 +28,7 @@ Grid<Dim, R>::Grid(const GridSpec& spec, ShapeKind shape) : order_(order_of(shap
   }
   const int rows = cells_[Dim - 1];
   // A band may reach into the next one only.
-  band_rows_ = std::clamp(rows / k_bands_wanted, order_, k_band_rows_max);
+  band_rows_ = std::clamp(rows / k_bands_wanted, span_, k_band_rows_max);
   bands_.resize(static_cast<std::size_t>((rows + band_rows_ - 1) / band_rows_));
 }
 
@@ -64,10 +64,17 @@ Vec<Dim> Grid<Dim, R>::node_position(const Place<Dim>& node) const {
   Vec<Dim> position;
   for (int d = 0; d < Dim; ++d) {
     const auto s = static_cast<std::size_t>(d);
-    // Between the sides, nodes of linear shapes stand at corners of cells, those of quadratic B-splines at centres. The far side exactly,
-    // so that `side = "top"` and a region that ends there mean the same nodes.
-    const Real place = order_ == 1 || node[s] == 0 ? node[s] : node[s] - 0.5;
-    position[s] = node[s] == nodes(d) - 1 ? upper_[d] : lower_[d] + place * cell_size_[d];
+    int i = node[s];
+    Real place = i;
+    if (shape_ == ShapeKind::gimp) {
+      place = i = node[s] - 1;
+    } else {
+      // The mean of as many knots as the degree of the splines; linear shapes are splines of degree 1.
+      place = 0;
+      for (int k = 0; k < span_; ++k) place += static_cast<Real>(std::clamp(i - k, 0, cells_[d])) / span_;
+    }
+    // The far side exactly, so that `side = "top"` and a region that ends there mean the same nodes.
+    position[s] = node[s] == side_node(d, true) ? upper_[d] : lower_[d] + place * cell_size_[d];
   }
   return position;
 }
@@ -227,11 +234,43 @@ void Grid<Dim, R>::work_tile(TileType& tile, std::size_t band) {
     kernels_->advance(tile.values, dynamics_, dt_, tile.booked, sums_[band]);
     if (is_constrained) conditions_->constrain(tile, dynamics_, boundary_velocities_, dt_, books_[band]);
     if (body_force_ != nullptr) book_body_force(tile, books_[band]);
+    for (int d = 0; d < Dim && is_refined_; ++d) std::copy_n(tile.values.velocity[d], k_lanes<R>, tile.values.second[d]);
+  } else if (pass_ == NodePass::refine) {
+    refine(tile, books_[band]);
   } else {
     kernels_->map_velocity(tile.values, dynamics_);
     if (is_constrained) conditions_->constrain_second(tile, boundary_velocities_);
   }
-  if (pass_ != NodePass::velocity_keep) kernels_->clear(tile.values, pass_ == NodePass::advance_keep);
+  if (pass_ != NodePass::velocity_keep) kernels_->clear(tile.values, pass_ == NodePass::advance_keep || pass_ == NodePass::refine);
+}
+
+/// The next term of the series for the velocity: v_j+1 = v_j - S+ S v_j, of which the momentum holds m S+ S v_j (Nairn & Hammerquist 2021,
+/// with conditions by leaving out what they forbid). The sum of m v_j+1 over all nodes is zero; what is left out is booked.
+template <int Dim, class R>
+void Grid<Dim, R>::refine(TileType& tile, Ledger& books) const {
+  NodeValues<Dim, R>& nodes = tile.values;
+  Vec<Dim> terms[k_lanes<R>];
+  Vec<Dim> allowed[k_lanes<R>];
+  for (int lane = 0; lane < k_lanes<R>; ++lane) {
+    const Real m = nodes.moved_mass[lane];
+    const bool is_active = m > 0 && m >= dynamics_.mass_cutoff;
+    for (int d = 0; d < Dim; ++d) {
+      const auto s = static_cast<std::size_t>(d);
+      const Real momentum = nodes.momentum[d][lane];
+      terms[lane][s] = is_active ? nodes.second[d][lane] - momentum / m : 0;
+      if (!is_active && tile.booked[lane] > 0) books.cutoff_impulse[s] += momentum;
+    }
+    allowed[lane] = terms[lane];
+  }
+  BoundaryConditions<Dim, R>::leave_out(tile, allowed);
+  for (int lane = 0; lane < k_lanes<R>; ++lane) {
+    for (int d = 0; d < Dim; ++d) {
+      const auto s = static_cast<std::size_t>(d);
+      nodes.velocity[d][lane] += static_cast<R>(allowed[lane][s]);
+      nodes.second[d][lane] = static_cast<R>(allowed[lane][s]);
+      if (tile.booked[lane] > 0) books.boundary_impulse[s] += nodes.moved_mass[lane] * (allowed[lane][s] - terms[lane][s]);
+    }
+  }
 }
 
 template <int Dim, class R>
@@ -291,6 +330,7 @@ void Grid<Dim, R>::finish_pass(Ledger& ledger) {
     for (std::size_t d = 0; d < Dim; ++d) {
       ledger.damping_impulse[d] += sums_[b].damping_impulse[d] + books_[b].damping_impulse[d];
       ledger.cutoff_impulse[d] += sums_[b].cutoff_impulse[d];
+      ledger.cutoff_impulse[d] += books_[b].cutoff_impulse[d];
       ledger.boundary_impulse[d] += books_[b].boundary_impulse[d];
       ledger.body_force_impulse[d] += books_[b].body_force_impulse[d];
     }

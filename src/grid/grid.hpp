@@ -5,8 +5,9 @@
 // rows of cells and the nodes at their lower side, so work on it touches its own tiles and the first rows of the next band's: all even
 // bands can be worked side by side, then all odd ones, and every node gets its sums in one order.
 //
-// Cell i of a direction has the nodes i, ..., i + order. Those of linear shapes are its corners; those of quadratic B-splines are control
-// points, which stand at the centres of the cells and on the two sides.
+// Cell i of a direction has the nodes i, ..., i + span. Those of linear shapes are its corners; those of B-splines are control points,
+// which stand at the Greville abscissae; those of GIMP are corners from the one before the cell to the one after it, so the first and the
+// last node of a direction lie outside of the grid, and particles never reach them.
 #pragma once
 
 #include <unordered_map>
@@ -51,7 +52,8 @@ struct SurfaceContact {
   Vec<Dim> correction;             ///< As in FixedNormal.
   std::array<bool, Dim> is_fixed;  ///< Components that other conditions hold.
   Real friction;                   ///< [1]; infinite: whatever presses sticks.
-  bool sticks = false;             ///< In the last advance.
+  bool presses = false;            ///< In the last advance.
+  bool sticks = false;             ///< And does not slide.
 };
 
 template <int Dim, class R>
@@ -82,6 +84,9 @@ class Grid {
   /// A body force per mass [m/s^2] at all nodes, Dim numbers each, x fastest; must outlive the grid.
   void set_body_force(const std::vector<Real>* values) { body_force_ = values; }
 
+  /// Whether the velocity that a pass has advanced is left in `second`, too, for refining.
+  void set_refined(bool is_refined) { is_refined_ = is_refined; }
+
   /// Gives the nodes on the far side of each periodic direction what those on the near side have, for they are one. Dim numbers each.
   void copy_periodic(std::vector<Real>& values) const;
 
@@ -90,10 +95,15 @@ class Grid {
   Real upper(int d) const { return upper_[d]; }
   Real cell_size(int d) const { return cell_size_[d]; }
   int cells(int d) const { return cells_[d]; }
-  int nodes(int d) const { return cells_[d] + order_; }
-  int order() const { return order_; }
+  int nodes(int d) const { return cells_[d] + span_; }
+  int span() const { return span_; }
+  /// The node on a side of the grid, along its axis.
+  int side_node(int d, bool is_upper) const {
+    const int outside = shape_ == ShapeKind::gimp ? 1 : 0;
+    return is_upper ? nodes(d) - 1 - outside : outside;
+  }
   /// Rows of nodes around a cell.
-  int row_count() const { return rows_of<Dim>(order_); }
+  int row_count() const { return rows_of<Dim>(span_); }
   bool is_periodic(int d) const { return is_periodic_[d]; }
   bool has_periodic() const { return has_periodic_; }
   Index node_count() const;
@@ -122,10 +132,11 @@ class Grid {
   /// Starts a pass over the nodes. A tile is worked when a sweep first needs it (`prepare`), while it is in the cache, and at the
   /// latest by `finish_pass`. `t`: time of the boundary values [s]; `dt` is for NodePass::advance.
   enum class NodePass {
-    advance,       ///< The momentum equation and the boundary conditions; clears what the next mapping sums.
-    advance_keep,  ///< The same without clearing the mass, which a second mapping needs.
-    velocity,      ///< p/m with boundary values into `second`; clears mass, momentum and force.
-    velocity_keep  ///< The same without clearing.
+    advance,        ///< The momentum equation and the boundary conditions; clears what the next mapping sums.
+    advance_keep,   ///< The same without clearing the mass, which a second mapping needs.
+    velocity,       ///< p/m with boundary values into `second`; clears mass, momentum and force.
+    velocity_keep,  ///< The same without clearing.
+    refine          ///< FMPM: takes p/m from `second`, and adds what is left to the velocity; clears the momentum.
   };
   void start_pass(NodePass pass, const KernelTable<Dim, R>& kernels, const NodalDynamics<Dim>& dynamics, Real t, Real dt);
   /// Threads: as acquire; `band` is the one that the calling thread works.
@@ -160,6 +171,7 @@ class Grid {
   /// Calls f(lane, node number) for the nodes of a tile that are in the grid.
   template <class F>
   void for_each_node(const TileType& tile, F&& f) const;
+  void refine(TileType& tile, Ledger& books) const;
   void add_body_force(TileType& tile) const;
   void book_body_force(const TileType& tile, Ledger& books) const;
 
@@ -169,12 +181,14 @@ class Grid {
   int cells_[Dim];
   bool is_periodic_[Dim];
   bool has_periodic_ = false;
-  int order_ = 1;
+  ShapeKind shape_;
+  int span_;
   int band_rows_ = 1;
   Arena tiles_;
   std::vector<Band> bands_;
   const BoundaryConditions<Dim, R>* conditions_ = nullptr;
   const std::vector<Real>* body_force_ = nullptr;
+  bool is_refined_ = false;
 
   // The pass over the nodes that is under way, and its books, one per band.
   NodePass pass_ = NodePass::advance;

@@ -1,6 +1,8 @@
 // What the loops of a sweep share: its stages, and the buffers through which they hand over gradients, stresses and masses.
 #pragma once
 
+#include <algorithm>
+
 #include "kernel/shape.hpp"
 #include "kernel/simd.hpp"
 
@@ -17,7 +19,7 @@ struct Stages {
   /// The gradient is taken of `second` where that holds a velocity.
   static constexpr bool is_gradient_of_second = S == Sweep::musl_gradient || S == Sweep::usf_stress;
   static constexpr bool has_law = S == Sweep::start || gathers_gradient;
-  static constexpr bool maps_mass = S != Sweep::musl_velocity && S != Sweep::usf_stress;
+  static constexpr bool maps_mass = S != Sweep::musl_velocity && S != Sweep::usf_stress && S != Sweep::refine;
   static constexpr bool maps_momentum = S != Sweep::usf_stress;
   static constexpr bool maps_force = has_law;
 };
@@ -26,10 +28,15 @@ struct Stages {
 template <SweepVariant V>
 struct Variant {
   static constexpr bool is_plain = V == SweepVariant::linear_plain;
-  static constexpr bool is_affine = V == SweepVariant::linear_affine || V == SweepVariant::bspline2_affine;
-  static constexpr bool is_linear = V != SweepVariant::bspline2 && V != SweepVariant::bspline2_affine;
+  static constexpr bool is_bspline2 = V == SweepVariant::bspline2 || V == SweepVariant::bspline2_affine;
+  static constexpr bool is_wide = V == SweepVariant::bspline3 || V == SweepVariant::gimp;
+  static constexpr bool is_linear = !is_bspline2 && !is_wide;
+  /// Whether there may be an affine velocity; wide shapes look whether there is one.
+  static constexpr bool is_affine = V == SweepVariant::linear_affine || V == SweepVariant::bspline2_affine || is_wide;
   template <class T>
-  using Shape = std::conditional_t<is_linear, ShapeLinear<T>, ShapeBSpline2<T>>;
+  using WideShape = std::conditional_t<V == SweepVariant::gimp, ShapeGimp<T>, ShapeBSpline3<T>>;
+  template <class T>
+  using Shape = std::conditional_t<is_linear, ShapeLinear<T>, std::conditional_t<is_bspline2, ShapeBSpline2<T>, WideShape<T>>>;
   static constexpr int k_nodes = Shape<double>::k_nodes;
 };
 
@@ -38,20 +45,22 @@ template <SweepVariant V, int Dim, class R>
 MPM_INLINE typename Variant<V>::template Shape<Pack<R>> shape_of(const SweepContext<Dim, R>& context, const SweepChunk<Dim, R>& chunk,
                                                                  int d, int lane) {
   using P = Pack<R>;
-  P lower = P(0.5);
-  P upper = P(0.5);
+  P before = P(2);
+  P after = P(2);
   for (int i = 0; i < P::k_width; ++i) {
     const int cell = chunk.cell[d] + (d == 0 ? lane + i : 0);
-    if (cell == 0) lower.v[i] = 1;
-    if (cell == context.cells[d] - 1) upper.v[i] = 1;
+    const int last = context.cells[d] - 1;
+    if (cell < 2) before.v[i] = static_cast<R>(cell);
+    // Lanes beyond the grid hold nothing, but must stay finite.
+    if (cell > last - 2) after.v[i] = static_cast<R>(std::max(last - cell, 0));
   }
-  return {lower, upper};
+  return {before, after, P(static_cast<double>(context.reach[d]))};
 }
 
 template <int Dim, class R>
 struct alignas(64) ChunkBuffers {
   static constexpr int L = k_lanes<R>;
-  R L_grad[k_chunk_slots][Dim * Dim][L];
+  R L_grad[k_chunk_slots][Dim * Dim][L];  ///< The refining sweep has a velocity [m/s] in the first Dim fields.
   R tau[k_chunk_slots][k_stress_size<Dim>][L];
   R P_stress[k_chunk_slots][Dim * Dim][L];  ///< First Piola-Kirchhoff stress [Pa], of bodies with displacements.
   R mass[k_chunk_slots][L];  ///< [kg] of the particles that are in their cell; 0 for those that left it, and for empty lanes.

@@ -10,10 +10,14 @@ namespace {
 template <int n, class R>
 MPM_INLINE Pack<R> load_shifted(const R* here, const R* next, int lane) {
   using P = Pack<R>;
-  if constexpr (n == 0) {
-    return P::load(here + lane);
+  constexpr int w = P::k_width;
+  constexpr int whole = n / w * w;
+  const auto pack = [&](int first) { return P::load(first < k_lanes<R> ? here + first : next + (first - k_lanes<R>)); };
+  if constexpr (n == whole) {
+    return pack(lane + n);
   } else {
-    return lane + P::k_width < k_lanes<R> ? P::load_unaligned(here + lane + n) : shift_down<n>(P::load(here + lane), P::load(next));
+    return lane + whole + w < k_lanes<R> ? P::load_unaligned(here + lane + n)
+                                         : shift_down<n - whole>(pack(lane + whole), pack(lane + whole + w));
   }
 }
 
@@ -23,6 +27,13 @@ template <int Dim, class R>
 struct Multilinear {
   using P = Pack<R>;
   P c[1 << Dim];  // bit 0: x, bit 1: y, bit 2: z
+
+  struct Point {
+    P x[Dim];
+    MPM_INLINE Point(const ShapeLinear<P>*, const P* place) { std::copy_n(place, Dim, x); }
+    /// For the slopes of APIC, or of TPIC, which are those of the gradient.
+    MPM_INLINE Point affine(const ShapeLinear<P>*, bool) const { return *this; }
+  };
 
   /// `field(row, tile)`: the quantity in the block's tile (0) and in the next one (1); lanes from `lane` on.
   template <class Field, class Shape>
@@ -49,7 +60,8 @@ struct Multilinear {
       c[7] = (x11 - x01) - (x10 - x00);
     }
   }
-  MPM_INLINE P value(const P* x) const {
+  MPM_INLINE P value(const Point& at) const {
+    const P* const x = at.x;
     if constexpr (Dim == 2) {
       return c[0] + x[0] * c[1] + x[1] * (c[2] + x[0] * c[3]);
     } else {
@@ -59,7 +71,8 @@ struct Multilinear {
     }
   }
   /// Derivatives in xi, and the value.
-  MPM_INLINE P gradient(const P* x, const P*, P* d) const {
+  MPM_INLINE P gradient(const Point& at, P* d) const {
+    const P* const x = at.x;
     if constexpr (Dim == 2) {
       d[0] = c[1] + x[1] * c[3];
       d[1] = c[2] + x[0] * c[3];
@@ -83,6 +96,22 @@ struct Polynomial {
   static constexpr int n = Shape::k_nodes;
   static constexpr int k_layers = Dim == 2 ? 1 : n;
   P c[k_layers][n][n];  // z, y, x
+
+  struct Point {
+    P x[Dim];
+    P square_slope[Dim];  ///< What the term q^2 rises by.
+    MPM_INLINE Point(const Shape*, const P* place) {
+      for (int d = 0; d < Dim; ++d) {
+        x[d] = place[d];
+        square_slope[d] = place[d] + place[d];
+      }
+    }
+    MPM_INLINE Point affine(const Shape* shapes, bool is_full) const {
+      Point point = *this;
+      for (int d = 0; d < Dim && !is_full; ++d) point.square_slope[d] = shapes[d].affine_slope(x[d]);
+      return point;
+    }
+  };
 
   template <class Field>
   MPM_INLINE void load(Field&& field, const Shape* shapes, int lane) {
@@ -120,14 +149,14 @@ struct Polynomial {
     else
       return a[0] + q * (a[1] + q * a[2]);
   }
-  /// `square_slope`: what the term q^2 rises by.
   MPM_INLINE static P slope(const P* a, P square_slope) {
     if constexpr (n == 2)
       return a[1];
     else
       return a[1] + square_slope * a[2];
   }
-  MPM_INLINE P value(const P* x) const {
+  MPM_INLINE P value(const Point& at) const {
+    const P* const x = at.x;
     P in_z[n];
     for (int k = 0; k < k_layers; ++k) {
       P in_y[n];
@@ -140,7 +169,9 @@ struct Polynomial {
       return in_z[0];
   }
   /// Slopes in xi, and the value.
-  MPM_INLINE P gradient(const P* x, const P* square_slope, P* d) const {
+  MPM_INLINE P gradient(const Point& at, P* d) const {
+    const P* const x = at.x;
+    const P* const square_slope = at.square_slope;
     P value_z[n], x_z[n], y_z[n];
     for (int k = 0; k < k_layers; ++k) {
       P value_y[n], x_y[n];
@@ -165,6 +196,98 @@ struct Polynomial {
   }
 };
 
+/// One quantity at the nodes around each lane's cell, for any shape: sums over the nodes, a direction at a time.
+template <int Dim, class R, class Shape>
+struct NodalValues {
+  using P = Pack<R>;
+  static constexpr int n = Shape::k_nodes;
+  static constexpr int k_layers = Dim == 2 ? 1 : n;
+  P at[k_layers][n][n];  // z, y, x
+
+  struct Point {
+    P x[Dim];
+    P N[Dim][n];
+    P slope[Dim][n];
+    MPM_INLINE Point(const Shape* shapes, const P* place) {
+      for (int d = 0; d < Dim; ++d) {
+        x[d] = place[d];
+        shapes[d].weights(x[d], N[d], slope[d]);
+      }
+    }
+    MPM_INLINE Point affine(const Shape* shapes, bool is_full) const {
+      Point point = *this;
+      for (int d = 0; d < Dim && !is_full; ++d) affine_weights(shapes[d], x[d], N[d], point.slope[d]);
+      return point;
+    }
+  };
+
+  template <class Field>
+  MPM_INLINE void load(Field&& field, const Shape*, int lane) {
+    const R* rows[k_layers * n][2];
+    for (int row = 0; row < k_layers * n; ++row) {
+      for (int next = 0; next < 2; ++next) rows[row][next] = field(row, next);
+    }
+    load_rows(rows, lane);
+  }
+  // Not inlined: 64 numbers are in memory anyway, and there would be a copy for each sweep.
+  __attribute__((noinline)) void load_rows(const R* const (*rows)[2], int lane) {
+    static_assert(n == 4);
+    for (int row = 0; row < k_layers * n; ++row) {
+      P* const to = at[row / n][row % n];
+      to[0] = load_shifted<0>(rows[row][0], rows[row][1], lane);
+      to[1] = load_shifted<1>(rows[row][0], rows[row][1], lane);
+      to[2] = load_shifted<2>(rows[row][0], rows[row][1], lane);
+      to[3] = load_shifted<3>(rows[row][0], rows[row][1], lane);
+    }
+  }
+  MPM_INLINE static P sum(const P* w, const P* a) {
+    P total = w[0] * a[0];
+    for (int i = 1; i < n; ++i) total += w[i] * a[i];
+    return total;
+  }
+  __attribute__((noinline)) P value(const Point& p) const {
+    P in_z[k_layers];
+    for (int k = 0; k < k_layers; ++k) {
+      P in_y[n];
+      for (int j = 0; j < n; ++j) in_y[j] = sum(p.N[0], at[k][j]);
+      in_z[k] = sum(p.N[1], in_y);
+    }
+    if constexpr (Dim == 3)
+      return sum(p.N[2], in_z);
+    else
+      return in_z[0];
+  }
+  __attribute__((noinline)) P gradient(const Point& p, P* d) const {
+    P value_z[k_layers], x_z[k_layers], y_z[k_layers];
+    for (int k = 0; k < k_layers; ++k) {
+      P value_y[n], x_y[n];
+      for (int j = 0; j < n; ++j) {
+        value_y[j] = sum(p.N[0], at[k][j]);
+        x_y[j] = sum(p.slope[0], at[k][j]);
+      }
+      value_z[k] = sum(p.N[1], value_y);
+      x_z[k] = sum(p.N[1], x_y);
+      y_z[k] = sum(p.slope[1], value_y);
+    }
+    if constexpr (Dim == 3) {
+      d[0] = sum(p.N[2], x_z);
+      d[1] = sum(p.N[2], y_z);
+      d[2] = sum(p.slope[2], value_z);
+      return sum(p.N[2], value_z);
+    } else {
+      d[0] = x_z[0];
+      d[1] = y_z[0];
+      return value_z[0];
+    }
+  }
+};
+
+template <SweepVariant V, int Dim, class R>
+using InterpolantOf =
+    std::conditional_t<Variant<V>::is_linear, Multilinear<Dim, R>,
+                       std::conditional_t<Variant<V>::is_wide, NodalValues<Dim, R, typename Variant<V>::template Shape<Pack<R>>>,
+                                          Polynomial<Dim, R, typename Variant<V>::template Shape<Pack<R>>>>>;
+
 /// Velocity, velocity gradient and position of the particles from the grid (docs/theory.md, step 4), and their masses. Empty lanes are
 /// kept at rest inside the cell: whatever stands there must stay finite, for it is summed with a mass of zero.
 template <Sweep S, SweepVariant V, int Dim, class R>
@@ -173,7 +296,7 @@ MPM_INLINE void gather(SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk,
   using P = Pack<R>;
   using Stage = Stages<S>;
   using Shape = typename Variant<V>::template Shape<P>;
-  using Interpolant = std::conditional_t<Variant<V>::is_linear, Multilinear<Dim, R>, Polynomial<Dim, R, Shape>>;
+  using Interpolant = InterpolantOf<V, Dim, R>;
   constexpr int L = k_lanes<R>;
   const SlotLayout<Dim>& at = context.layout;
   const bool keeps_place = !Variant<V>::is_plain && at.u >= 0;
@@ -203,32 +326,31 @@ MPM_INLINE void gather(SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk,
     R* const slot = chunk.slots[k] + lane;
     ahead.next();
     const Mask<R> live = counts > slots_below;
-    P x[Dim], square_slope[Dim], affine_slope[Dim];
-    for (int d = 0; d < Dim; ++d) {
-      x[d] = P::load(slot + (at.x + d) * L);
-      if constexpr (!Variant<V>::is_linear) square_slope[d] = x[d] + x[d];
-      if constexpr (Variant<V>::is_affine) affine_slope[d] = context.is_affine_full ? x[d] + x[d] : shapes[d].affine_slope(x[d]);
-    }
+    P x[Dim];
+    for (int d = 0; d < Dim; ++d) x[d] = P::load(slot + (at.x + d) * L);
+    const typename Interpolant::Point point(shapes, x);
     Mask<R> is_inside = live;
     for (int d = 0; d < Dim; ++d) {
       P grid_velocity;
       if constexpr (Stage::gathers_gradient) {
         P gradient[Dim];
-        const P value = (Stage::is_gradient_of_second ? second : velocity)[d].gradient(x, square_slope, gradient);
+        const P value = (Stage::is_gradient_of_second ? second : velocity)[d].gradient(point, gradient);
         for (int c = 0; c < Dim; ++c) select(live, gradient[c] * inverse_h[c], zero).store(buffers.L_grad[k][d * Dim + c] + lane);
-        grid_velocity = Stage::is_gradient_of_second ? velocity[d].value(x) : value;
+        grid_velocity = Stage::is_gradient_of_second ? velocity[d].value(point) : value;
       } else {
-        grid_velocity = velocity[d].value(x);
+        grid_velocity = velocity[d].value(point);
       }
       if constexpr (Stage::gathers_velocity) {
         const P v = P::load(slot + (at.v + d) * L);
-        const P new_v = select(live, flip * (v + dt * second[d].value(x)) + pic * grid_velocity, zero);
+        const P new_v = select(live, flip * (v + dt * second[d].value(point)) + pic * grid_velocity, zero);
         new_v.store(slot + (at.v + d) * L);
         speed_max[d] = max(speed_max[d], abs(new_v));
         if constexpr (Variant<V>::is_affine) {
-          P gradient[Dim];
-          velocity[d].gradient(x, affine_slope, gradient);
-          for (int c = 0; c < Dim; ++c) select(live, gradient[c] * inverse_h[c], zero).store(slot + (at.C + d * Dim + c) * L);
+          if (!Variant<V>::is_wide || at.C >= 0) {
+            P gradient[Dim];
+            velocity[d].gradient(point.affine(shapes, context.is_affine_full), gradient);
+            for (int c = 0; c < Dim; ++c) select(live, gradient[c] * inverse_h[c], zero).store(slot + (at.C + d * Dim + c) * L);
+          }
         }
       }
       if constexpr (Stage::moves) {
@@ -257,6 +379,27 @@ MPM_INLINE void gather(SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk,
     }
   }
   for (int d = 0; d < Dim; ++d) speed_max[d].store(context.speed_max[d] + lane);
+}
+
+/// `second` at the particles, for the refining sweep.
+template <SweepVariant V, int Dim, class R>
+MPM_INLINE void gather_second(const SweepContext<Dim, R>& context, const SweepChunk<Dim, R>& chunk, ChunkBuffers<Dim, R>& buffers,
+                              int lane) {
+  using P = Pack<R>;
+  using Interpolant = InterpolantOf<V, Dim, R>;
+  typename Variant<V>::template Shape<P> shapes[Dim];
+  for (int d = 0; d < Dim && !Variant<V>::is_linear; ++d) shapes[d] = shape_of<V>(context, chunk, d, lane);
+  const P counts = P::load(chunk.counts + lane);
+  for (int d = 0; d < Dim; ++d) {
+    Interpolant second;
+    second.load([&](int row, int next) { return chunk.nodes[row][next]->second[d]; }, shapes, lane);
+    for (int k = 0; k < chunk.slots_in_use[lane / P::k_width]; ++k) {
+      P x[Dim];
+      for (int e = 0; e < Dim; ++e) x[e] = P::load(chunk.slots[k] + lane + (context.layout.x + e) * k_lanes<R>);
+      const Mask<R> live = counts > P(static_cast<double>(k));
+      select(live, second.value(typename Interpolant::Point(shapes, x)), P(0)).store(buffers.L_grad[k][d] + lane);
+    }
+  }
 }
 
 /// The masses alone, for the sweeps that gather nothing.

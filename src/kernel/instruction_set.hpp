@@ -18,6 +18,7 @@ constexpr void set_sweeps(KernelTable<Dim, R>& table) {
   sweeps[static_cast<int>(Sweep::musl_gradient)] = &sweep_chunk<Sweep::musl_gradient, V, Dim, R>;
   sweeps[static_cast<int>(Sweep::usf_stress)] = &sweep_chunk<Sweep::usf_stress, V, Dim, R>;
   sweeps[static_cast<int>(Sweep::usf_velocity)] = &sweep_chunk<Sweep::usf_velocity, V, Dim, R>;
+  sweeps[static_cast<int>(Sweep::refine)] = &sweep_chunk<Sweep::refine, V, Dim, R>;
 }
 
 template <int Dim, class R>
@@ -28,6 +29,8 @@ constexpr KernelTable<Dim, R> make_table() {
   set_sweeps<SweepVariant::linear_affine>(table);
   set_sweeps<SweepVariant::bspline2>(table);
   set_sweeps<SweepVariant::bspline2_affine>(table);
+  set_sweeps<SweepVariant::bspline3>(table);
+  set_sweeps<SweepVariant::gimp>(table);
   table.laws = law_kernels_of<Dim, R>(static_cast<AllLaws*>(nullptr));
   table.advance = &advance_nodes<Dim, R>;
   table.map_velocity = &map_node_velocity<Dim, R>;

@@ -28,19 +28,19 @@ constexpr int k_stress_size = Dim == 2 ? 4 : 6;
 constexpr int stress_index(int row, int column) { return row == column ? row : row + column == 1 ? 3 : row + column == 3 ? 4 : 5; }
 
 /// Shape functions of the background.
-enum class ShapeKind { linear, bspline2 };
+enum class ShapeKind { linear, bspline2, bspline3, gimp };
 
 /// Nodes of a cell in each direction, beyond the first.
-constexpr int order_of(ShapeKind shape) { return shape == ShapeKind::linear ? 1 : 2; }
-constexpr int k_order_max = 2;
+constexpr int span_of(ShapeKind shape) { return shape == ShapeKind::linear ? 1 : shape == ShapeKind::bspline2 ? 2 : 3; }
+constexpr int k_span_max = 3;
 
-/// Rows of nodes around a cell, for shapes of an order.
+/// Rows of nodes around a cell, for shapes of a span.
 template <int Dim>
-constexpr int rows_of(int order) {
-  return Dim == 2 ? order + 1 : (order + 1) * (order + 1);
+constexpr int rows_of(int span) {
+  return Dim == 2 ? span + 1 : (span + 1) * (span + 1);
 }
 template <int Dim>
-constexpr int k_rows_max = rows_of<Dim>(k_order_max);
+constexpr int k_rows_max = rows_of<Dim>(k_span_max);
 
 /// Slots that one call of a kernel works: their stresses and velocity gradients stay in the first-level cache.
 constexpr int k_chunk_slots = 8;
@@ -56,7 +56,7 @@ struct alignas(64) NodeValues {
   Lanes momentum[Dim];
   Lanes force[Dim];
   Lanes velocity[Dim];
-  /// Acceleration; in the second mapping of MUSL and USF the velocity that the gradient is taken of.
+  /// Acceleration; in the second mapping of MUSL and USF the velocity that the gradient is taken of; of FMPM the last term of the velocity.
   Lanes second[Dim];
   Lanes moved_mass;  ///< The mass that `velocity` belongs to; `mass` is that of the next step by then.
 };
@@ -87,8 +87,9 @@ enum class Sweep {
   musl_gradient,   ///< Gradient, F, stress, position; mass + momentum + force for the next step.
   usf_stress,      ///< Gradient, F, stress; force to the grid.
   usf_velocity,    ///< Velocity, position; mass + momentum for the next step.
+  refine,          ///< FMPM: `second` to the particles, and from there as momentum to the grid; they keep nothing of it.
 };
-constexpr int k_sweep_count = 7;
+constexpr int k_sweep_count = 8;
 
 /// Some slots of a block, for a law.
 template <int Dim, class R>
@@ -152,6 +153,7 @@ struct SweepContext {
   R flip = 1;
   R inverse_cell_size[Dim] = {};
   int cells[Dim] = {};          ///< Of the grid.
+  R reach[Dim] = {};            ///< Half of a particle's domain, in cell sides, for GIMP.
   bool is_affine_full = false;  ///< The affine part is the velocity gradient (TPIC), not APIC's least-squares slope.
   const void* law = nullptr;
   LawKernel<Dim, R> law_kernel = nullptr;
@@ -178,10 +180,10 @@ struct NodalSums {
   Vec<Dim> cutoff_impulse{};
 };
 
-/// Sweeps are compiled for each shape, without and with an affine velocity. `plain` sweeps with linear shapes have no affine part, no
-/// displacements and no body forces of particles, and are the fastest.
-enum class SweepVariant { linear_plain, linear, linear_affine, bspline2, bspline2_affine };
-constexpr int k_variant_count = 5;
+/// Sweeps are compiled for each shape; for narrow ones without and with an affine velocity, for wide ones once for both. `plain` sweeps
+/// with linear shapes have no affine part, no displacements and no body forces of particles, and are the fastest.
+enum class SweepVariant { linear_plain, linear, linear_affine, bspline2, bspline2_affine, bspline3, gimp };
+constexpr int k_variant_count = 7;
 
 /// All kernels of one instruction set. Chosen once, at set-up.
 template <int Dim, class R>

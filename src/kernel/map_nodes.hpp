@@ -40,15 +40,28 @@ struct NodeSums {
   /// Node i belongs i lanes further, the last of them to the next tile.
   MPM_INLINE void add_to(R* here, R* next) const {
     using P = Pack<R>;
-    for (int part = 0; part < k_parts; ++part) {
-      R* const to = here + part * P::k_width;
-      P sum = P::load(to) + at[0][part] + shift_up<1>(part > 0 ? at[1][part - 1] : P(0), at[1][part]);
-      if constexpr (n > 2) sum += shift_up<2>(part > 0 ? at[2][part - 1] : P(0), at[2][part]);
+    constexpr int k_packs_beyond = (n - 2) / P::k_width + 1;
+    for (int part = 0; part < k_parts + k_packs_beyond; ++part) {
+      R* const to = part < k_parts ? here + part * P::k_width : next + (part - k_parts) * P::k_width;
+      P sum = P::load(to);
+      add_node<0>(sum, part);
       sum.store(to);
     }
-    P sum = P::load(next) + shift_up<1>(at[1][k_parts - 1], P(0));
-    if constexpr (n > 2) sum += shift_up<2>(at[2][k_parts - 1], P(0));
-    sum.store(next);
+  }
+
+ private:
+  MPM_INLINE Pack<R> part_of(int i, int part) const { return part >= 0 && part < k_parts ? at[i][part] : Pack<R>(0); }
+  template <int i>
+  MPM_INLINE void add_node(Pack<R>& sum, int part) const {
+    if constexpr (i < n) {
+      constexpr int whole = i / Pack<R>::k_width;
+      constexpr int rest = i % Pack<R>::k_width;
+      if constexpr (rest == 0)
+        sum += part_of(i, part - whole);
+      else
+        sum += shift_up<rest>(part_of(i, part - whole - 1), part_of(i, part - whole));
+      add_node<i + 1>(sum, part);
+    }
   }
 };
 
@@ -60,21 +73,23 @@ MPM_INLINE void map_row_momentum(const SweepContext<Dim, R>& context, SweepChunk
   constexpr int L = k_lanes<R>;
   const SlotLayout<Dim>& at = context.layout;
   const int node[3] = {0, row % n, row / n};
+  const bool has_affine = S != Sweep::refine && Variant<V>::is_affine && (!Variant<V>::is_wide || at.C >= 0);
   NodeSums<R, n> mass;
   NodeSums<R, n> momentum[Dim];
   for (int part = 0; part < NodeSums<R, n>::k_parts; ++part) {
     const int lane = part * P::k_width;
     P m_sum[n], p_sum[Dim][n], place[Dim], step[n];
+    typename Variant<V>::template Shape<P> shapes[Dim];
     for (int i = 0; i < n; ++i) {
       m_sum[i] = P(0);
       for (int d = 0; d < Dim; ++d) p_sum[d][i] = P(0);
     }
     if constexpr (Variant<V>::is_affine) {
       for (int d = 0; d < Dim; ++d) {
-        const auto shape = shape_of<V>(context, chunk, d, lane);
-        place[d] = shape.place(node[d]);
+        shapes[d] = shape_of<V>(context, chunk, d, lane);
+        place[d] = shapes[d].place(node[d]);
         if (d > 0) continue;
-        for (int i = 1; i < n; ++i) step[i] = (shape.place(i) - place[0]) * P(1 / static_cast<double>(context.inverse_cell_size[0]));
+        for (int i = 1; i < n; ++i) step[i] = (shapes[0].place(i) - place[0]) * P(1 / static_cast<double>(context.inverse_cell_size[0]));
       }
     }
     for (int k = 0; k < chunk.slots_in_use[part]; ++k) {
@@ -90,11 +105,12 @@ MPM_INLINE void map_row_momentum(const SweepContext<Dim, R>& context, SweepChunk
       P away[Dim];  // from the particle to the first node of the row
       if constexpr (Variant<V>::is_affine) {
         for (int d = 0; d < Dim; ++d)
-          away[d] = (place[d] - P::load(slot + (at.x + d) * L)) * P(1 / static_cast<double>(context.inverse_cell_size[d]));
+          away[d] =
+              (place[d] - shapes[d].centre(P::load(slot + (at.x + d) * L))) * P(1 / static_cast<double>(context.inverse_cell_size[d]));
       }
       for (int d = 0; d < Dim; ++d) {
-        P v = P::load(slot + (at.v + d) * L);
-        if constexpr (Variant<V>::is_affine) {
+        P v = P::load(S == Sweep::refine ? buffers.L_grad[k][d] + lane : slot + (at.v + d) * L);
+        if (has_affine) {
           const R* const C = slot + (at.C + d * Dim) * L;
           for (int c = 0; c < Dim; ++c) v += P::load(C + c * L) * away[c];
           p_sum[d][0] += N_m[0] * v;

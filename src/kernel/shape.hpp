@@ -2,6 +2,9 @@
 //
 // The functions that live on a cell are numbered from its lower side on: cell i has the nodes i, i + 1, ..., as many as `k_nodes`. In 2D
 // and 3D they are products. q in [0, 1] is the place in the cell, in cell sides. T: a number, or a pack of them, one per cell.
+//
+// Each is made of the numbers of cells before and after its own, those beyond 2 being the same as 2, and of half the size of a particle's
+// domain in cell sides.
 #pragma once
 
 #include "kernel/kernel.hpp"
@@ -11,13 +14,18 @@
 namespace matpoint {
 namespace {
 
+template <class T>
+requires std::is_floating_point_v<T> MPM_SHAPE_INLINE T min(T a, T b) { return a < b ? a : b; }
+template <class T>
+requires std::is_floating_point_v<T> MPM_SHAPE_INLINE T max(T a, T b) { return a > b ? a : b; }
+
 /// Multilinear functions: N_0 = 1 - q, N_1 = q.
 template <class T>
 struct ShapeLinear {
   static constexpr int k_nodes = 2;
 
   MPM_SHAPE_INLINE ShapeLinear() = default;
-  MPM_SHAPE_INLINE ShapeLinear(T, T) {}
+  MPM_SHAPE_INLINE ShapeLinear(T, T, T) {}
 
   MPM_SHAPE_INLINE void weights(T q, T* N, T* dN) const {
     N[0] = T(1) - q;
@@ -27,6 +35,8 @@ struct ShapeLinear {
   }
   /// Place of a node, in cell sides from the cell's lower side.
   MPM_SHAPE_INLINE T place(int node) const { return T(node); }
+  /// Of what a particle is for the nodes: sum N_i x_i.
+  MPM_SHAPE_INLINE T centre(T q) const { return q; }
   /// Nodal values as the coefficients of their polynomial in q.
   MPM_SHAPE_INLINE void to_polynomial(const T* v, T* c) const {
     c[0] = v[0];
@@ -49,8 +59,7 @@ struct ShapeBSpline2 {
   T a, b;
 
   MPM_SHAPE_INLINE ShapeBSpline2() = default;
-  /// a, b: 1 at the grid's lower and upper side, else 1/2.
-  MPM_SHAPE_INLINE ShapeBSpline2(T lower, T upper) : a(lower), b(upper) {}
+  MPM_SHAPE_INLINE ShapeBSpline2(T before, T after, T) : a(T(1) - T(0.5) * min(before, T(1))), b(T(1) - T(0.5) * min(after, T(1))) {}
 
   MPM_SHAPE_INLINE void weights(T q, T* N, T* dN) const {
     const T s = T(1) - q;
@@ -61,6 +70,7 @@ struct ShapeBSpline2 {
     dN[2] = T(2) * b * q;
     dN[1] = -(dN[0] + dN[2]);
   }
+  MPM_SHAPE_INLINE T centre(T q) const { return q; }
   MPM_SHAPE_INLINE T place(int node) const { return node == 0 ? a - T(1) : node == 1 ? T(0.5) : T(2) - b; }
   MPM_SHAPE_INLINE void to_polynomial(const T* v, T* c) const {
     const T first = v[1] - v[0];
@@ -88,6 +98,99 @@ struct ShapeBSpline2 {
     return (T(1) - a) * s * s + T(2) * q * s + (T(1) - b) * q * q;
   }
 };
+
+/// Cubic B-splines on equal knots, clamped at the grid's sides, by de Boor's recursion. The knots around the cell are
+/// a2 <= a1 <= 0, 1 <= b1 <= b2; nodes stand at the Greville abscissae, the means of three neighbouring knots.
+template <class T>
+struct ShapeBSpline3 {
+  static constexpr int k_nodes = 4;
+  T a1, a2, b1, b2;
+  T per_left, per_right;              ///< 1 over the supports of the quadratic splines' ends: 1 - a1, b1.
+  T per_first, per_middle, per_last;  ///< 1 over those of the cubic ones: 1 - a2, b1 - a1, b2.
+
+  MPM_SHAPE_INLINE ShapeBSpline3() = default;
+  MPM_SHAPE_INLINE ShapeBSpline3(T before, T after, T)
+      : a1(-min(before, T(1))), a2(-min(before, T(2))), b1(T(1) + min(after, T(1))), b2(T(1) + min(after, T(2))) {
+    per_left = T(1) / (T(1) - a1);
+    per_right = T(1) / b1;
+    per_first = T(1) / (T(1) - a2);
+    per_middle = T(1) / (b1 - a1);
+    per_last = T(1) / b2;
+  }
+
+  MPM_SHAPE_INLINE void weights(T q, T* N, T* dN) const {
+    const T s = T(1) - q;
+    // Quadratic splines over their supports.
+    const T low = s * s * per_left * per_first;
+    const T middle = ((q - a1) * s * per_left + (b1 - q) * q * per_right) * per_middle;
+    const T high = q * q * per_right * per_last;
+    N[0] = s * low;
+    N[1] = (q - a2) * low + (b1 - q) * middle;
+    N[2] = (q - a1) * middle + (b2 - q) * high;
+    N[3] = q * high;
+    dN[0] = T(-3) * low;
+    dN[1] = T(3) * (low - middle);
+    dN[2] = T(3) * (middle - high);
+    dN[3] = T(3) * high;
+  }
+  MPM_SHAPE_INLINE T place(int node) const {
+    const T third = T(1.0 / 3);
+    return node == 0 ? third * (a1 + a2) : node == 1 ? third * (a1 + T(1)) : node == 2 ? third * (b1 + T(1)) : third * (T(1) + b1 + b2);
+  }
+  MPM_SHAPE_INLINE T centre(T q) const { return q; }
+};
+
+/// Generalized interpolation (uGIMP; Bardenhagen & Kober 2004, Steffen et al. 2008): linear functions and their slopes, averaged over a
+/// particle's domain of the given size, which keeps its size and stays in its cell and the neighbours. What of the domain is beyond the
+/// side of the grid is cut off, so no function beyond a side is needed. Nodes are the corners of the cells, from the one before the cell
+/// on.
+template <class T>
+struct ShapeGimp {
+  static constexpr int k_nodes = 4;
+  T lower, upper, reach;
+
+  MPM_SHAPE_INLINE ShapeGimp() = default;
+  MPM_SHAPE_INLINE ShapeGimp(T before, T after, T half_size)
+      : lower(-min(before, T(1))), upper(T(1) + min(after, T(1))), reach(half_size) {}
+
+  MPM_SHAPE_INLINE void weights(T q, T* N, T* dN) const {
+    const T a = max(q - reach, lower);
+    const T b = min(q + reach, upper);
+    const T per_size = T(1) / (b - a);
+    // The lengths of the domain before, in and after the cell.
+    const T before = max(-a, T(0));
+    const T after = max(b - T(1), T(0));
+    const T from = max(a, T(0));
+    const T to = min(b, T(1));
+    const T inside = to - from;
+    const T half = T(0.5);
+    N[0] = half * before * before * per_size;
+    N[3] = half * after * after * per_size;
+    N[1] = (before * (T(1) - half * before) + inside * (T(1) - half * (from + to))) * per_size;
+    N[2] = (after * (T(1) - half * after) + inside * half * (from + to)) * per_size;
+    dN[0] = -before * per_size;
+    dN[1] = (before - inside) * per_size;
+    dN[2] = (inside - after) * per_size;
+    dN[3] = after * per_size;
+  }
+  MPM_SHAPE_INLINE T place(int node) const { return T(node - 1); }
+  MPM_SHAPE_INLINE T centre(T q) const { return T(0.5) * (max(q - reach, lower) + min(q + reach, upper)); }
+};
+
+/// The weights of APIC's velocity slope, sum N_i (x_i - x_p) v_i / sum N_i (x_i - x_p)^2 (Jiang et al. 2015), for shapes that have no
+/// closed form of it.
+template <class Shape, class T>
+MPM_SHAPE_INLINE void affine_weights(const Shape& shape, T q, const T* N, T* slope) {
+  const T centre = shape.centre(q);
+  T inertia = T(1e-30);
+  for (int i = 0; i < Shape::k_nodes; ++i) {
+    const T to_node = shape.place(i) - centre;
+    slope[i] = N[i] * to_node;
+    inertia += slope[i] * to_node;
+  }
+  const T per_inertia = T(1) / inertia;
+  for (int i = 0; i < Shape::k_nodes; ++i) slope[i] *= per_inertia;
+}
 
 }  // namespace
 }  // namespace matpoint

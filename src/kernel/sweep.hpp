@@ -104,6 +104,7 @@ __attribute__((flatten)) void sweep_chunk(SweepContext<Dim, R>& context, SweepCh
       gather<S, V>(context, chunk, buffers, ahead, lane);
     else
       load_masses(context, chunk, buffers, lane);
+    if constexpr (S == Sweep::refine) gather_second<V>(context, chunk, buffers, lane);
   }
   const bool is_reference = !Variant<V>::is_plain && context.layout.u >= 0;
   if constexpr (Stages<S>::has_law) {
@@ -112,7 +113,7 @@ __attribute__((flatten)) void sweep_chunk(SweepContext<Dim, R>& context, SweepCh
     update_stress<S>(context, chunk, buffers);
     if (is_reference) for_each_pack<R>(chunk, [&](int k, int lane) { to_first_piola_kirchhoff(context, chunk, buffers, k, lane); });
   }
-  if constexpr (Variant<V>::is_plain) {
+  if constexpr (Variant<V>::is_plain && S != Sweep::refine) {
     if constexpr (Stages<S>::maps_momentum) map_all_rows<S, Dim, R>(context, chunk, buffers, ahead);
     if constexpr (Stages<S>::maps_force) map_all_components<Dim, R>(context, chunk, buffers, ahead);
   } else {

@@ -30,11 +30,15 @@ ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
       gravity_(problem.gravity_at(0)),
       body_force_(problem.body_force),
       stress_order_(problem.solver.stress_order),
+      fmpm_order_(problem.solver.transfer == Transfer::fmpm ? problem.solver.fmpm_order : 1),
       kernels_(kernel_table<Dim, R>()),
       grids_(make_grids<Dim, R>(problem)),
       geometry_(grids_[0]->geometry()),
       boundary_conditions_(problem.boundaries, *grids_[0]) {
-  for (auto& grid : grids_) grid->set_boundary_conditions(&boundary_conditions_);
+  for (auto& grid : grids_) {
+    grid->set_boundary_conditions(&boundary_conditions_);
+    grid->set_refined(fmpm_order_ > 1);
+  }
   Real smallest_mass = std::numeric_limits<Real>::infinity();
   const bool has_particle_force = body_force_ && body_force_->is_of_particles;
   const ParticleScheme scheme{problem.solver.shape, problem.solver.transfer, has_particle_force};
@@ -154,14 +158,17 @@ void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
     start_pass(Pass::velocity_keep, t, dt);
     sweep("stress, p2g", Sweep::usf_stress, dt);
     start_pass(Pass::advance, t + dt, dt);
+    refine(t + dt, dt);
     sweep("g2p, p2g", Sweep::usf_velocity, dt);
   } else if (stress_order_ == StressOrder::musl) {
     start_pass(Pass::advance_keep, t + dt, dt);
+    refine(t + dt, dt);
     sweep("g2p, p2g", Sweep::musl_velocity, dt);
     start_pass(Pass::velocity, t + dt, dt);
     sweep("gradient, stress, p2g", Sweep::musl_gradient, dt);
   } else {
     start_pass(Pass::advance, t + dt, dt);
+    refine(t + dt, dt);
     sweep("g2p, stress, p2g", Sweep::usl, dt);
   }
   book_particle_forces(particle_forces, dt);
@@ -171,6 +178,14 @@ void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
     check_state(t + dt);
   }
   time_ = t + dt;
+}
+
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::refine(Real t, Real dt) {
+  for (int term = 1; term < fmpm_order_; ++term) {
+    sweep("refine", Sweep::refine, dt);
+    start_pass(Grid<Dim, R>::NodePass::refine, t, dt);
+  }
 }
 
 template <int Dim, class R>
@@ -220,7 +235,9 @@ void ExplicitSolver<Dim, R>::sweep(const char* label, Sweep what, Real dt) {
   for (auto& grid : grids_) {
     grid->finish_pass(ledger_);
     // What earlier sweeps of the step have mapped is folded already.
-    grid->fold_periodic(what == Sweep::usf_stress ? Fold::force : what == Sweep::musl_velocity ? Fold::momentum : Fold::all);
+    grid->fold_periodic(what == Sweep::usf_stress                               ? Fold::force
+                        : what == Sweep::musl_velocity || what == Sweep::refine ? Fold::momentum
+                                                                                : Fold::all);
   }
 }
 

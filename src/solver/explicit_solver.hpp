@@ -45,6 +45,8 @@ class ExplicitSolver final : public Solver {
   /// Half of the impulse and work of the body force of particles in a step.
   void book_particle_forces(const std::vector<std::vector<Real>>& forces, Real dt);
   void update_gravity(Real t);
+  /// FMPM: further terms of the nodes' velocity, after they have advanced.
+  void refine(Real t, Real dt);
   void start_pass(typename Grid<Dim, R>::NodePass pass, Real t, Real dt);
   void sweep(const char* label, Sweep what, Real dt);
   void check_state(Real t);
@@ -60,6 +62,7 @@ class ExplicitSolver final : public Solver {
   std::vector<std::vector<Real>> particle_forces_;  ///< Of a body force of particles, now: per body, Dim per particle [m/s^2].
   StressOrder stress_order_;
   NodalDynamics<Dim> dynamics_;
+  int fmpm_order_;  ///< 1 without FMPM.
   const KernelTable<Dim, R>& kernels_;
   /// One for all bodies, or one for each of them.
   std::vector<std::unique_ptr<Grid<Dim, R>>> grids_;

@@ -58,6 +58,7 @@ VerifySuite analytic_suite() {
   add_fluids(suite);
   add_invariants(suite);
   add_manufactured(suite);
+  add_inclines(suite);
   add_implicit_analytic(suite);
   add_implicit_newton(suite);
   add_implicit_paper(suite);

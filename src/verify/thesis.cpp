@@ -145,45 +145,6 @@ Measured disks_contact(int divisions) {
   return m;
 }
 
-/// A block slides down an incline of 30 degrees with the coefficient of friction 0.3: its speed over the exact one, after half a second.
-Measured sliding_block() {
-  Case problem = case_from_text("incline", R"(
-gravity = [4.905, -8.495709211]
-[grid]
-upper = [2.4, 0.6]
-cell_size = 0.05
-[time]
-end = 0.5
-cfl = 0.3
-[solver]
-contact = "multi_field"
-friction = 0.3
-[[body]]
-name = "base"
-region = { type = "box", lower = [0, 0], upper = [2.4, 0.2] }
-layout = { type = "per_cell", count = 4 }
-material = { type = "neo_hookean", density = 1000, youngs_modulus = 1e6, poissons_ratio = 0.3 }
-[[body]]
-name = "block"
-region = { type = "box", lower = [0.2, 0.2], upper = [0.4, 0.4] }
-layout = { type = "per_cell", count = 4 }
-material = { type = "neo_hookean", density = 1000, youngs_modulus = 1e5, poissons_ratio = 0.3 }
-[[boundary]]
-side = "bottom"
-kind = "fixed"
-[[boundary]]
-side = "left"
-kind = "fixed"
-[[boundary]]
-side = "right"
-kind = "fixed"
-)");
-  Simulation sim(problem);
-  sim.run();
-  const BodyTotals block = sim.solver().totals(1);
-  return {{"incline_30_mu0.3_speed_ratio", block.momentum[0] / block.mass / ((4.905 - 0.3 * 8.495709211) * sim.time())}};
-}
-
 Measured disks_musl() {
   Simulation sim = make("disks", {"solver.stress_order=musl"});
   sim.run();
@@ -428,8 +389,6 @@ void add_solid_jobs(JobList& jobs) {
              {"t_contact" + tail, "E_max_over_E0" + tail, "E_end_over_E0" + tail, "momentum" + tail},
              [divisions = divisions] { return disks_contact(divisions); });
   }
-  jobs.start("incline", "incline");
-  jobs.add("block on an incline, contact", Presets::both, 1e7, {"incline_30_mu0.3_speed_ratio"}, [] { return sliding_block(); });
 }
 
 void add_fluid_jobs(JobList& jobs) {

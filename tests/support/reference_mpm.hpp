@@ -146,6 +146,10 @@ inline Real bspline_slope(const std::vector<Real>& knots, std::size_t i, int p, 
          share(p, knots[i + n + 1] - knots[i + 1]) * bspline(knots, i + 1, p - 1, x);
 }
 
+/// The hat of width 1 on each side, and its integral from the left.
+inline Real hat(Real x) { return std::max(0.0, 1 - std::abs(x)); }
+inline Real hat_integral(Real x) { return x <= -1 ? 0 : x <= 0 ? (1 + x) * (1 + x) / 2 : x <= 1 ? 1 - (1 - x) * (1 - x) / 2 : 1; }
+
 class ReferenceMpm {
  public:
   /// One node and component whose velocity is given as a function of time.
@@ -158,7 +162,9 @@ class ReferenceMpm {
   std::size_t dim = 2;
   StressOrder order = StressOrder::usl;
   int degree = 1;  ///< Of the B-splines on clamped knots that are the shape functions; degree 1: hats.
+  Real reach = 0;  ///< Not 0: hats averaged over this much [cell sides] to both sides instead, but not beyond the grid.
   Transfer transfer = Transfer::flip;
+  int fmpm_order = 1;     ///< Terms of the inverse of the mass matrix.
   bool is_total = false;  ///< Shape functions in the reference configuration.
   Vec3 lower{};
   Vec3 h{1, 1, 1};
@@ -175,7 +181,8 @@ class ReferenceMpm {
   Real damping_dissipation = 0;  ///< Sum over free components of alpha p_i v_i(end) dt.
   Real viscous_dissipation = 0;  ///< Sum over particles of 2 mu d':d' J V0 dt.
 
-  int nodes(std::size_t d) const { return d < dim ? cells[d] + degree : 1; }
+  int nodes(std::size_t d) const { return d < dim ? cells[d] + (reach > 0 ? 3 : degree) : 1; }
+  int side_node(std::size_t d, bool is_upper) const { return is_upper ? nodes(d) - 1 - (reach > 0) : (reach > 0); }
   int node_count() const { return nodes(0) * nodes(1) * nodes(2); }
 
   void step(Real t, Real dt) {
@@ -186,6 +193,7 @@ class ReferenceMpm {
     }
     map();
     momentum_equation(t + dt, dt);
+    refine();
     const std::vector<Vec3> moving_v = v_;
     gather_velocity(dt);
     if (order == StressOrder::musl) {
@@ -213,6 +221,21 @@ class ReferenceMpm {
     return all;
   }
 
+  /// What a particle's domain reaches from and to, in cell sides.
+  std::pair<Real, Real> domain(std::size_t d, Real here) const {
+    return {std::max(here - reach, Real{0}), std::min(here + reach, static_cast<Real>(cells[d]))};
+  }
+
+  /// Where the nodes see the particle: sum N_i x_i.
+  Vec3 centre(const ReferenceParticle& q) const {
+    Vec3 x = is_total ? q.X : q.x;
+    for (std::size_t d = 0; d < dim && reach > 0; ++d) {
+      const auto [a, b] = domain(d, (x[d] - lower[d]) / h[d]);
+      x[d] = lower[d] + (a + b) / 2 * h[d];
+    }
+    return x;
+  }
+
   /// The nodes whose functions live on the particle's cell; a particle on a knot belongs to the cell behind it, on the far side to the
   /// last.
   std::vector<Corner> corners(const ReferenceParticle& q) const {
@@ -230,7 +253,14 @@ class ReferenceMpm {
       const std::vector<Real> t = knots(d);
       const Real here = (x[d] - lower[d]) / h[d];
       first[d] = static_cast<std::size_t>(std::min(static_cast<int>(here), cells[d] - 1));
-      for (std::size_t i = first[d]; i <= first[d] + static_cast<std::size_t>(degree); ++i) {
+      for (std::size_t i = first[d]; reach > 0 && i < first[d] + 4; ++i) {
+        const Real node = static_cast<Real>(i) - 1;
+        const auto [a, b] = domain(d, here);
+        N[d].push_back((hat_integral(b - node) - hat_integral(a - node)) / (b - a));
+        dN[d].push_back((hat(b - node) - hat(a - node)) / (b - a) / h[d]);
+        place[d].push_back(lower[d] + node * h[d]);
+      }
+      for (std::size_t i = first[d]; reach == 0 && i <= first[d] + static_cast<std::size_t>(degree); ++i) {
         N[d].push_back(bspline(t, i, degree, here));
         dN[d].push_back(bspline_slope(t, i, degree, here) / h[d]);
         Real sum = 0;
@@ -271,7 +301,7 @@ class ReferenceMpm {
         m_[at(k.node)] += k.N * q.mass;
         for (std::size_t d = 0; d < dim; ++d) {
           Real v = q.v[d];
-          for (std::size_t e = 0; e < dim; ++e) v += q.C[d][e] * (k.x[e] - (is_total ? q.X : q.x)[e]);
+          for (std::size_t e = 0; e < dim; ++e) v += q.C[d][e] * (k.x[e] - centre(q)[e]);
           p_[at(k.node)][d] += k.N * q.mass * v;
           f_[at(k.node)][d] += k.N * q.mass * gravity[d];
           for (std::size_t e = 0; e < dim; ++e) f_[at(k.node)][d] -= q.V0 * S[d][e] * k.dN[e];
@@ -315,6 +345,32 @@ class ReferenceMpm {
     }
   }
 
+  /// v = sum over j < k of (I - S+ S)^j v_1, with S v the velocities of the particles and S+ their mapping back (Nairn & Hammerquist 2021);
+  /// prescribed components and nodes under the cutoff keep theirs.
+  void refine() {
+    std::vector<Vec3> term = v_;
+    for (int j = 1; j < fmpm_order; ++j) {
+      std::vector<Vec3> mapped(at(node_count()), Vec3{});
+      for (const ReferenceParticle& q : particles) {
+        const std::vector<Corner> c = corners(q);
+        Vec3 u{};
+        for (const Corner& k : c) {
+          for (std::size_t d = 0; d < dim; ++d) u[d] += k.N * term[at(k.node)][d];
+        }
+        for (const Corner& k : c) {
+          for (std::size_t d = 0; d < dim; ++d) mapped[at(k.node)][d] += k.N * q.mass * u[d];
+        }
+      }
+      for (int n = 0; n < node_count(); ++n) {
+        for (std::size_t d = 0; d < dim; ++d) term[at(n)][d] = is_active(n) ? term[at(n)][d] - mapped[at(n)][d] / m_[at(n)] : 0;
+      }
+      for (const Constraint& c : constraints) term[at(c.node)][c.component] = 0;
+      for (int n = 0; n < node_count(); ++n) {
+        for (std::size_t d = 0; d < dim; ++d) v_[at(n)][d] += term[at(n)][d];
+      }
+    }
+  }
+
   void gather_velocity(Real dt) {
     for (ReferenceParticle& q : particles) {
       const std::vector<Corner> c = corners(q);
@@ -332,10 +388,10 @@ class ReferenceMpm {
       q.C = {};
       for (std::size_t e = 0; e < dim; ++e) {
         Real inertia = 0;
-        for (const Corner& k : c) inertia += k.N * std::pow(k.x[e] - (is_total ? q.X : q.x)[e], 2);
+        for (const Corner& k : c) inertia += k.N * std::pow(k.x[e] - centre(q)[e], 2);
         for (const Corner& k : c) {
           // APIC: B D^-1 (Jiang et al. 2015); TPIC: the velocity gradient, which APIC is, too, in the limit of a particle on a node.
-          const Real weight = transfer == Transfer::tpic || inertia == 0 ? k.dN[e] : k.N * (k.x[e] - (is_total ? q.X : q.x)[e]) / inertia;
+          const Real weight = transfer == Transfer::tpic || inertia == 0 ? k.dN[e] : k.N * (k.x[e] - centre(q)[e]) / inertia;
           for (std::size_t d = 0; d < dim; ++d) q.C[d][e] += v_[at(k.node)][d] * weight;
         }
       }

@@ -15,8 +15,9 @@ struct Combination {
   ContactMethod contact = ContactMethod::single_field;
 
   std::string name() const {
-    const std::string transfers[] = {"", "_pic", "_apic", "_tpic"};
-    return order_name(order) + std::to_string(dim) + "d" + (shape == ShapeKind::linear ? "" : "_bspline2") +
+    const std::string transfers[] = {"", "_pic", "_apic", "_tpic", "_fmpm"};
+    return order_name(order) + std::to_string(dim) + "d" +
+           std::vector<std::string>{"", "_bspline2", "_bspline3", "_gimp"}[static_cast<std::size_t>(shape)] +
            transfers[static_cast<int>(transfer)] + (contact == ContactMethod::single_field ? "" : "_contact");
   }
 };
@@ -201,12 +202,14 @@ std::vector<Combination> combinations() {
   std::vector<Combination> all;
   for (const StressOrder order : {StressOrder::usl, StressOrder::usf, StressOrder::musl}) {
     for (const int dim : {2, 3}) {
-      for (const Transfer transfer : {Transfer::flip, Transfer::pic, Transfer::apic, Transfer::tpic}) {
+      for (const Transfer transfer : {Transfer::flip, Transfer::pic, Transfer::apic, Transfer::tpic, Transfer::fmpm}) {
         // One text for both dimensions; 3D costs most of the time, and pic and tpic have no path of their own there.
         if (dim == 3 && (transfer == Transfer::pic || transfer == Transfer::tpic)) continue;
         all.push_back({order, dim, ShapeKind::linear, transfer});
         all.push_back({order, dim, ShapeKind::bspline2, transfer});
-        all.push_back({order, dim, ShapeKind::linear, transfer, ContactMethod::multi_field});
+        all.push_back({order, dim, ShapeKind::bspline3, transfer});
+        all.push_back({order, dim, ShapeKind::gimp, transfer});
+        if (transfer != Transfer::fmpm) all.push_back({order, dim, ShapeKind::linear, transfer, ContactMethod::multi_field});
       }
     }
   }
