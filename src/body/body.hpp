@@ -58,6 +58,9 @@ class Body {
 
   /// Of the particles around each node: for contact.
   virtual std::vector<NodeSurface<Dim>> surfaces(const TileNodes<Dim>& nodes) const = 0;
+  /// Of the particles around each node: takes the distance [m] of the nearest to a side of the grid into `gaps`, if it is less. A particle
+  /// reaches as far as half of its size, by volume.
+  virtual void measure_gaps(const TileNodes<Dim>& nodes, int axis, bool is_upper, std::vector<Real>& gaps) const = 0;
 
   /// Largest stable step [s] from the present state.
   virtual Real stable_dt() const = 0;

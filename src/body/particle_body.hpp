@@ -30,6 +30,7 @@ class ParticleBody final : public Body<Dim> {
   void append_escapes(std::size_t body, std::vector<Escape>& escapes) const override;
   void remove_escaped(const Vec3& gravity, Ledger& ledger) override;
   std::vector<NodeSurface<Dim>> surfaces(const TileNodes<Dim>& nodes) const override;
+  void measure_gaps(const TileNodes<Dim>& nodes, int axis, bool is_upper, std::vector<Real>& gaps) const override;
   Real stable_dt() const override;
   Real mass() const override { return mass_; }
   Real smallest_particle_mass() const override { return smallest_volume_ * material_->density(); }
@@ -87,6 +88,10 @@ class ParticleBody final : public Body<Dim> {
   template <class Shape>
   void map_arrival_with(Sweep what, const Block<Dim, R>& block, int lane, const R* fields);
   SweepVariant variant() const;
+  /// Calls f(i, index, block, lane) for each of the cells around the i-th node; index: the number of the node among the cell's, by
+  /// direction.
+  template <class F>
+  void for_each_cell_around(const TileNodes<Dim>& nodes, F&& f) const;
   template <class Shape>
   void add_surfaces(const TileNodes<Dim>& nodes, std::vector<NodeSurface<Dim>>& sums, std::vector<Real>& masses) const;
   void keep_outside(const MovingParticles<Dim, R>& leaving, std::size_t i);

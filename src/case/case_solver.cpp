@@ -124,6 +124,13 @@ void check_for_explicit(const Case& problem, const Input& input) {
     if (boundary.kind == BoundaryKind::traction) fail_case(place, where, "kind = \"traction\" is for solver.type = \"implicit\" only");
     if (boundary.receding_correction > 0) fail_case(place, where, "receding_correction is for solver.type = \"implicit\" only");
     if (boundary.is_attached) fail_case(place, where, "attached is for solver.type = \"implicit\" only");
+    const bool has_total =
+        std::any_of(problem.bodies.begin(), problem.bodies.end(), [](const auto& body) { return body.formulation == Formulation::total; });
+    if (boundary.contact != FaceContact::stick && has_total) {
+      fail_case(
+          place, where,
+          "contact cannot be used with bodies of formulation = \"total\", whose nodes do not move towards a surface; use \"updated\"");
+    }
   }
 }
 

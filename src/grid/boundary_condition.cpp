@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/interpolate.hpp"
+#include "core/parallel.hpp"
 
 namespace matpoint {
 namespace {
@@ -273,6 +274,7 @@ void BoundaryConditions<Dim, R>::touch_surfaces(Tile<Dim, R>& tile, const NodalD
   NodeValues<Dim, R>& nodes = tile.values;
   for (SurfaceContact<Dim>& contact : tile.contacts) {
     contact.presses = contact.sticks = false;
+    if (contact.gap > 0) continue;
     const Real m = nodes.moved_mass[contact.lane];
     if (m <= 0 || m < dynamics.mass_cutoff) continue;
     const auto [w, w_n] = relative<Dim>(contact, values, [&](std::size_t d) { return static_cast<Real>(nodes.velocity[d][contact.lane]); });
@@ -298,6 +300,29 @@ void BoundaryConditions<Dim, R>::touch_surfaces(Tile<Dim, R>& tile, const NodalD
 }
 
 template <int Dim, class R>
+void BoundaryConditions<Dim, R>::measure_gaps(const Grid<Dim, R>& grid, const std::vector<const Body<Dim>*>& bodies) const {
+  for (std::size_t c = 0; c < specs_.size(); ++c) {
+    if (specs_[c].contact == FaceContact::stick || specs_[c].region) continue;
+    const Side side = side_of(specs_[c].side);
+    parallel_for(grid.band_count(), grid.tile_count() * k_lanes<R>, [&](Index band) {
+      for (Tile<Dim, R>* tile : grid.tiles(static_cast<std::size_t>(band))) {
+        TileNodes<Dim> nodes{tile->first, {}};
+        for (const SurfaceContact<Dim>& contact : tile->contacts) {
+          if (contact.condition == static_cast<int>(c)) nodes.lanes.push_back(contact.lane);
+        }
+        if (nodes.lanes.empty()) continue;
+        std::vector<Real> gaps(nodes.lanes.size(), std::numeric_limits<Real>::infinity());
+        for (const Body<Dim>* body : bodies) body->measure_gaps(nodes, side.axis, side.is_upper, gaps);
+        std::size_t i = 0;
+        for (SurfaceContact<Dim>& contact : tile->contacts) {
+          if (contact.condition == static_cast<int>(c)) contact.gap = gaps[i++];
+        }
+      }
+    });
+  }
+}
+
+template <int Dim, class R>
 void BoundaryConditions<Dim, R>::leave_out(const Tile<Dim, R>& tile, Vec<Dim>* changes) {
   for (const FixedComponent& fixed : tile.components) changes[fixed.lane][static_cast<std::size_t>(fixed.component)] = 0;
   for (const FixedNormal<Dim>& fixed : tile.normals) {
@@ -317,6 +342,7 @@ template <int Dim, class R>
 void BoundaryConditions<Dim, R>::keep_out(const Tile<Dim, R>& tile, const std::vector<Vec<Dim>>& values,
                                           std::vector<Vec<Dim>>& velocities) {
   for (const SurfaceContact<Dim>& contact : tile.contacts) {
+    if (contact.gap > 0) continue;
     Vec<Dim>& v = velocities[static_cast<std::size_t>(contact.lane)];
     const Real w_n = relative<Dim>(contact, values, [&](std::size_t d) { return v[d]; }).second;
     for (std::size_t d = 0; d < Dim && w_n < 0; ++d) v[d] -= w_n * contact.correction[d];

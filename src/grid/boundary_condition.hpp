@@ -10,6 +10,7 @@
 #include <optional>
 #include <vector>
 
+#include "body/body.hpp"
 #include "grid/grid.hpp"
 
 namespace matpoint {
@@ -37,6 +38,9 @@ class BoundaryConditions {
 
   /// Imposes the velocities on `second` only (USF, second mapping of MUSL).
   void constrain_second(Tile<Dim, R>& tile, const std::vector<Vec<Dim>>& values) const;
+
+  /// Measures the gaps between sides that let go and the bodies on a grid, for the next advance.
+  void measure_gaps(const Grid<Dim, R>& grid, const std::vector<const Body<Dim>*>& bodies) const;
 
   /// Takes from changes of velocity, one per lane, what the conditions forbid: a surface that lets go holds what it held in the last
   /// advance.

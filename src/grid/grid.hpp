@@ -52,6 +52,7 @@ struct SurfaceContact {
   Vec<Dim> correction;             ///< As in FixedNormal.
   std::array<bool, Dim> is_fixed;  ///< Components that other conditions hold.
   Real friction;                   ///< [1]; infinite: whatever presses sticks.
+  Real gap = 0;                    ///< Between a side of the grid and the nearest particle around the node [m]; of a region 0.
   bool presses = false;            ///< In the last advance.
   bool sticks = false;             ///< And does not slide.
 };

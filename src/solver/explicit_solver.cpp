@@ -181,6 +181,18 @@ void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
 }
 
 template <int Dim, class R>
+void ExplicitSolver<Dim, R>::measure_gaps() {
+  Stage stage(profile_, "contact");
+  for (std::size_t g = 0; g < grids_.size(); ++g) {
+    std::vector<const Body<Dim>*> bodies;
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      if (grids_.size() == 1 || b == g) bodies.push_back(bodies_[b].get());
+    }
+    boundary_conditions_.measure_gaps(*grids_[g], bodies);
+  }
+}
+
+template <int Dim, class R>
 void ExplicitSolver<Dim, R>::refine(Real t, Real dt) {
   for (int term = 1; term < fmpm_order_; ++term) {
     sweep("refine", Sweep::refine, dt);
@@ -200,6 +212,7 @@ void ExplicitSolver<Dim, R>::start() {
 template <int Dim, class R>
 void ExplicitSolver<Dim, R>::start_pass(typename Grid<Dim, R>::NodePass pass, Real t, Real dt) {
   using Pass = typename Grid<Dim, R>::NodePass;
+  if (pass == Pass::advance || pass == Pass::advance_keep) measure_gaps();
   for (auto& grid : grids_) grid->start_pass(pass, kernels_, dynamics_, t, dt);
   if (!contact_ || pass == Pass::velocity_keep) return;
   Stage stage(profile_, "contact");

@@ -45,6 +45,7 @@ class ExplicitSolver final : public Solver {
   /// Half of the impulse and work of the body force of particles in a step.
   void book_particle_forces(const std::vector<std::vector<Real>>& forces, Real dt);
   void update_gravity(Real t);
+  void measure_gaps();
   /// FMPM: further terms of the nodes' velocity, after they have advanced.
   void refine(Real t, Real dt);
   void start_pass(typename Grid<Dim, R>::NodePass pass, Real t, Real dt);

@@ -163,11 +163,21 @@ INSTANTIATE_TEST_SUITE_P(
         WrongInput{"shape",
                    "flip = 1",
                    "shape = \"bspline\"",
-                   {"solver: shape = \"bspline\" is unknown, allowed: \"linear\" or \"bspline2\"", "did you mean \"bspline2\"?"}},
+                   {"solver: shape = \"bspline\" is unknown, allowed: \"linear\", \"bspline2\", \"bspline3\" or \"gimp\"",
+                    "did you mean \"bspline2\"?"}},
+        WrongInput{"quality",
+                   "flip = 1",
+                   "quality = \"robus\"",
+                   {"solver: quality = \"robus\" is unknown, allowed: \"robust\", \"accurate\" or \"fast\"", "did you mean \"robust\"?"}},
+        WrongInput{"fmpm_order_of_flip", "flip = 1", "fmpm_order = 3", {"solver: fmpm_order is for transfer = \"fmpm\" only"}},
+        WrongInput{"fmpm_order_zero",
+                   "flip = 1",
+                   "transfer = \"fmpm\"\n@fmpm_order = 0",
+                   {"solver: fmpm_order = 0 is not allowed, it must be 1 <= value <= 20"}},
         WrongInput{"transfer",
                    "flip = 1",
                    "transfer = \"apci\"",
-                   {"solver: transfer = \"apci\" is unknown, allowed: \"flip\", \"pic\", \"apic\" or \"tpic\"", "did you mean"}},
+                   {"solver: transfer = \"apci\" is unknown, allowed: \"flip\", \"pic\", \"apic\", \"tpic\" or \"fmpm\"", "did you mean"}},
         WrongInput{"flip_with_other_transfer",
                    "flip = 1",
                    "transfer = \"apic\"\n@flip = 1",
@@ -263,10 +273,42 @@ material = { type = "neo_hookean", density = 1000, youngs_modulus = 1e5, poisson
            {k_case + second,
             {"solver.contact=multi_field", "solver.shape=bspline2"},
             "solver: contact = \"multi_field\" is for shape = \"linear\""},
+           {k_case + second,
+            {"solver.contact=multi_field", "solver.transfer=fmpm"},
+            "solver: contact = \"multi_field\" cannot be used with transfer = \"fmpm\""},
+           {k_case, {"solver.shape=gimp", "grid.periodic=[\"x\"]"}, "grid: periodic sides are for solver.shape = \"linear\" only"},
            {k_case + second, {"body.other.formulation=total"}, "body other: formulation = \"total\" is for cases with one body"}}) {
     EXPECT_THAT(refusal(refused.text, refused.sets), testing::HasSubstr(refused.message));
   }
   EXPECT_EQ(refusal(k_case + second, {"solver.contact=multi_field", "solver.friction=0.3"}), "no exception");
+}
+
+TEST(Quality, chooses_what_is_not_given) {
+  const auto read = [](const std::vector<std::string>& sets) {
+    std::string text = k_case;
+    const std::string choices = "stress_order = \"musl\"\nflip = 1\n";
+    text.erase(text.find(choices), choices.size());
+    Input input = parse_toml(text, "case.toml");
+    for (const std::string& set : sets) apply_set(input, set);
+    return Case::from_input(input, "case");
+  };
+  const auto solver = [&](const std::string& quality) { return read({"solver.quality=" + quality}).solver; };
+  const SolverSpec robust = solver("robust");
+  EXPECT_EQ(robust.shape, ShapeKind::bspline2);
+  EXPECT_EQ(robust.transfer, Transfer::apic);
+  EXPECT_EQ(robust.stress_order, StressOrder::usl);
+  EXPECT_EQ(robust.precision, "double");
+  EXPECT_EQ(solver("accurate").transfer, Transfer::flip);
+  EXPECT_EQ(solver("accurate").stress_order, StressOrder::musl);
+  EXPECT_EQ(solver("fast").shape, ShapeKind::linear);
+  EXPECT_EQ(solver("fast").precision, "single");
+  // Wherever it stands, what is given counts, and what is written gives the same again.
+  const Case given = read({"solver.transfer=tpic", "solver.quality=robust"});
+  EXPECT_EQ(given.solver.transfer, Transfer::tpic);
+  EXPECT_EQ(given.solver.shape, ShapeKind::bspline2);
+  const Case again = Case::from_input(given.to_input(), "again");
+  EXPECT_EQ(again.solver.transfer, Transfer::tpic);
+  EXPECT_EQ(again.solver.stress_order, StressOrder::usl);
 }
 
 }  // namespace

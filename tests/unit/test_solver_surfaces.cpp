@@ -44,21 +44,25 @@ void expect_momentum_balance(const Simulation& sim, const Vec3& start, Real tole
 TEST(SurfaceContact, block_on_an_incline_sticks_or_slips_by_coulombs_law) {
   const Real angle = std::atan(0.5);
   for (const int dim : {2, 3}) {
-    for (const StressOrder order : {StressOrder::usl, StressOrder::usf, StressOrder::musl}) {
-      for (const Real mu : {0.0, 0.2, 0.45, 0.6}) {
+    for (const auto& [order, shape] : {std::pair{StressOrder::usl, ShapeKind::bspline2},
+                                       {StressOrder::usf, ShapeKind::linear},
+                                       {StressOrder::musl, ShapeKind::linear},
+                                       {StressOrder::musl, ShapeKind::gimp}}) {
+      for (const Real mu : {0.0, 0.2, 0.4, 0.7}) {
         Case problem = block_on_incline(dim, angle, surface("bottom", FaceContact::friction, mu));
         problem.solver.stress_order = order;
+        problem.solver.shape = shape;
         if (dim == 3 && mu != 0.2) continue;
         Simulation sim(problem);
         sim.run();
-        // Gravity acts for .1 s less than the time that has passed.
-        const Real exact = k_gravity * (std::sin(angle) - mu * std::cos(angle)) * (sim.time() - 0.1);
-        const Real scale = k_gravity * std::sin(angle) * (sim.time() - 0.1);
-        if (mu < 0.5) {
-          EXPECT_NEAR(speed_along(sim), exact, 1e-3 * scale) << dim << " " << order_name(order) << " " << mu;
-        } else {
-          EXPECT_NEAR(speed_along(sim), 0, 5e-3 * scale) << dim << " " << order_name(order) << " " << mu;
-        }
+        // Gravity acts for .1 s less than the time that has passed, and each step takes that of its start. What the block still swings
+        // across has pressed less or more.
+        const Real time = sim.time() - 0.1 - 0.5 * problem.time.dt.value();
+        const Real across = sim.solver().totals(0).momentum[1] / sim.solver().totals(0).mass;
+        const Real exact = k_gravity * std::sin(angle) * time - mu * (k_gravity * std::cos(angle) * time + across);
+        const Real scale = k_gravity * std::sin(angle) * time;
+        EXPECT_NEAR(speed_along(sim), mu < 0.5 ? exact : 0, (mu < 0.5 ? 1e-3 : 5e-3) * scale)
+            << dim << " " << order_name(order) << " " << mu;
         expect_momentum_balance(sim, {}, 1e-10);
         EXPECT_GE(sim.solver().ledger().contact_dissipation, 0);
       }
@@ -68,32 +72,35 @@ TEST(SurfaceContact, block_on_an_incline_sticks_or_slips_by_coulombs_law) {
 
 TEST(SurfaceContact, ball_leaves_a_side_that_lets_go) {
   for (const BoundaryKind kind : {BoundaryKind::fixed, BoundaryKind::slip}) {
-    for (const FaceContact contact : {FaceContact::stick, FaceContact::no_tension}) {
+    for (const StressOrder order : {StressOrder::usf, StressOrder::musl}) {
       Case problem = make_case(2, {0, 0, 0}, {2, 1, 0}, {32, 16});
       problem.bodies.push_back(
           make_body("block", lattice(2, {0.5, 0.25, 0}, {1, 0.75, 0}, {16, 16, 1}), neo_hookean(1e5, 0.3, 1000), [](const Vec3&) {
             return Vec3{0.5, -1, 0};
           }));
       BoundarySpec bottom = make_side("bottom", kind);
-      bottom.contact = contact;
+      bottom.contact = FaceContact::no_tension;
       problem.boundaries.push_back(bottom);
+      problem.solver.stress_order = order;
+      problem.solver.mass_cutoff = 0;
       problem.time.dt = 5e-4;
       problem.time.end = 0.7;
       Simulation sim(problem);
       const Vec3 start = sums_of(sim.solver()).momentum;
       Real greatest = 0;
+      Real touched = -1;
       sim.add_callback([&](const Simulation& now) {
         greatest = std::max(greatest, sums_of(now.solver()).energy);
+        if (touched < 0 && now.solver().ledger().boundary_impulse[1] > 0) touched = now.time();
         return true;
       });
       sim.run();
-      const Real speed = sim.solver().totals(0).momentum[1] / sim.solver().totals(0).mass;
-      if (contact == FaceContact::no_tension)
-        EXPECT_GT(speed, 0.6) << "it should have bounced";
-      else
-        EXPECT_LT(speed, 0.55) << "it should have been held back";
+      EXPECT_NEAR(touched, 0.25, 1e-3) << "when it is there, and not a cell before";
+      EXPECT_GT(sim.solver().totals(0).momentum[1] / sim.solver().totals(0).mass, 0.8);
       expect_momentum_balance(sim, start, 1e-10);
-      EXPECT_LE(greatest, sim.initial_energy() * (1 + 1e-9));
+      // Free flight makes 1e-5 of noise.
+      EXPECT_LE(greatest, sim.initial_energy() * (1 + 1e-4));
+      EXPECT_GT(sim.solver().ledger().contact_dissipation, 0);
       if (kind == BoundaryKind::slip) EXPECT_NEAR(sums_of(sim.solver()).momentum[0], start[0], 1e-10);
     }
   }
@@ -151,7 +158,7 @@ TEST(SurfaceContact, corner_of_a_side_that_holds_and_one_that_rubs) {
 }
 
 TEST(SurfaceContact, region_as_an_obstacle_lets_go_and_rubs) {
-  // A plane along an axis, but as a region: as the side of the grid.
+  // A plane along an axis, but as a region: as the side of the grid, but for its gaps, which are not measured.
   Real speed[2];
   for (const int k : {0, 1}) {
     BoundarySpec bottom = surface("bottom", FaceContact::friction, 0.2);
@@ -159,7 +166,7 @@ TEST(SurfaceContact, region_as_an_obstacle_lets_go_and_rubs) {
       bottom.side.clear();
       bottom.region = read(
                           "[grid]\nupper = [4, 1]\ncell_size = 0.0625\n[time]\nend = 1\n[[body]]\nname = \"b\"\nregion = { type = \"box\", "
-                          "lower = [0, 0], upper = [1, 1] }\nlayout = { type = \"per_cell\", count = 2 }\nmaterial = { type = "
+                          "lower = [0, 0], upper = [1, 1] }\nlayout = { type = \"per_cell\", count = 4 }\nmaterial = { type = "
                           "\"neo_hookean\", density = 1, youngs_modulus = 1, poissons_ratio = 0.3 }\n[[boundary]]\nkind = \"slip\"\n"
                           "region = { type = \"half_space\", point = [0, 0], normal = [0, 1] }\n")
                           .boundaries[0]
@@ -170,7 +177,7 @@ TEST(SurfaceContact, region_as_an_obstacle_lets_go_and_rubs) {
     speed[k] = speed_along(sim);
   }
   EXPECT_GT(speed[0], 0.5);
-  EXPECT_NEAR(speed[1], speed[0], 1e-12);
+  EXPECT_NEAR(speed[1], speed[0], 1e-4 * speed[0]);
 }
 
 }  // namespace
