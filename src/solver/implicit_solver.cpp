@@ -269,7 +269,7 @@ void ImplicitSolver<Dim>::advance(Real t, Real dt, int cuts) {
 template <int Dim>
 std::optional<std::string> ImplicitSolver<Dim>::try_step(Real t, Real dt) {
   update_space(t);
-  const StepLoad<Dim> load = make_load(t + dt, dt);
+  StepLoad<Dim> load = make_load(t + dt, dt);
   const std::vector<Vec<Dim>> displacements = conditions_.displacements(t, dt);
   std::vector<Real> u;
   contacts_.start(space_);
@@ -279,6 +279,7 @@ std::optional<std::string> ImplicitSolver<Dim>::try_step(Real t, Real dt) {
       space_.release(contacts_.released());
       assembly_.start();
       if (assembly_.is_new_pattern()) newton_.forget_pattern();
+      load.friction = contacts_.friction(space_);
     }
     if (const auto failure = solve(load, displacements, u)) return failure;
     is_settled = true;
@@ -305,9 +306,9 @@ std::optional<std::string> ImplicitSolver<Dim>::solve(const StepLoad<Dim>& load,
       }
     }
   }
-  const bool is_symmetric = space_.receding_count() == 0 && std::none_of(sources_.begin(), sources_.end(), [](const auto& source) {
-                              return source.points->material().is_rate_dependent();
-                            });
+  const bool is_symmetric =
+      load.friction.empty() && space_.receding_count() == 0 &&
+      std::none_of(sources_.begin(), sources_.end(), [](const auto& source) { return source.points->material().is_rate_dependent(); });
   const auto failure = newton_.solve(load, std::move(prescribed), is_symmetric ? Symmetry::symmetric : Symmetry::general, u);
   iterations_ += newton_.report().iterations;
   return failure;
