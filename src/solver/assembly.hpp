@@ -23,11 +23,20 @@ struct StepInertia {
   Real a = 0;  ///< [1]
 };
 
-/// Friction on a node that slips on a face: the face's force along itself is -share times its force across.
+/// Friction on a node that slips on a face: the face's force along itself is -share times its force across. The share turns with the
+/// node's displacement u, as share + slope u.
 template <int Dim>
 struct FaceFriction {
-  int axis = -1;     ///< Across the face; -1: no friction.
-  Vec<Dim> share{};  ///< [1]
+  int axis = -1;                        ///< Across the face; -1: no friction.
+  Vec<Dim> share{};                     ///< [1]
+  std::array<Real, Dim * Dim> slope{};  ///< [1/m]
+  Vec<Dim> at(const Real* u) const {
+    Vec<Dim> all = share;
+    for (std::size_t d = 0; d < Dim; ++d) {
+      for (std::size_t e = 0; e < Dim; ++e) all[d] += slope[d * Dim + e] * u[e];
+    }
+    return all;
+  }
 };
 
 /// What a step adds to the particles' equations.
@@ -108,7 +117,7 @@ class Assembly {
   void make_soft_stiffness();
   void scatter(std::size_t cell, const Real* K, Lift& lift);
   /// Adds the friction on a cell's nodes to its residual and its matrix, if there is one.
-  void add_friction(std::size_t cell, const std::vector<FaceFriction<Dim>>& friction, Real* residual, Real* K) const;
+  void add_friction(std::size_t cell, const std::vector<Real>& u, const StepLoad<Dim>& load, Real* residual, Real* K) const;
   std::size_t width() const { return static_cast<std::size_t>(space_.functions() * Dim); }
 
   /// Of one source.

@@ -15,7 +15,7 @@ constexpr int k_turns_max = 8;
 // A reaction that pulls by less than this share of the greatest, and a displacement into the face of less than this [m], are rounding.
 constexpr Real k_pull = 1e-10;
 constexpr Real k_into = 1e-14;
-// A direction that turns by less [1] changes the friction by its square along the slip.
+// A direction that turns by less [1] is the same; it changes the friction along the slip by the square.
 constexpr Real k_turn = 1e-5;
 
 template <int Dim>
@@ -60,7 +60,8 @@ FaceContacts<Dim>::FaceContacts(const std::vector<BoundarySpec>& specs, const Ba
     for (const Index node : basis.side_nodes(specs[c].side)) {
       // Where another condition holds the node across this side, that one decides.
       if (conditions_.condition(node, static_cast<int>(side / 2)) != static_cast<int>(c)) continue;
-      nodes_.push_back({node, static_cast<int>(c), side / 2, side % 2 == 0 ? 1.0 : -1.0, can_slip, specs[c].friction, State::sticks});
+      nodes_.push_back({node, static_cast<int>(c), side / 2, side % 2 == 0 ? 1.0 : -1.0, can_slip, specs[c].friction,
+                        can_slip ? State::slips : State::sticks});
     }
   }
   if (!nodes_.empty()) released_.assign(static_cast<std::size_t>(basis.node_count() * Dim), false);
@@ -96,15 +97,26 @@ void FaceContacts<Dim>::start(const StepSpace<Dim>& space) {
 }
 
 template <int Dim>
-std::vector<FaceFriction<Dim>> FaceContacts<Dim>::friction(const StepSpace<Dim>& space) const {
+std::vector<FaceFriction<Dim>> FaceContacts<Dim>::friction(const StepSpace<Dim>& space, const std::vector<Vec<Dim>>& displacements) const {
   std::vector<FaceFriction<Dim>> all;
   for (const Node& one : nodes_) {
     if (one.state != State::slips || one.friction == 0 || length<Dim>(one.direction) == 0) continue;
     const auto place = place_of(space, one.node);
     if (!place) continue;
     all.resize(space.nodes().size());
-    all[*place].axis = static_cast<int>(one.axis);
-    for (std::size_t d = 0; d < Dim; ++d) all[*place].share[d] = one.friction * one.inward * one.direction[d];
+    FaceFriction<Dim>& made = all[*place];
+    const Vec<Dim>& face = displacements[static_cast<std::size_t>(one.condition)];
+    const Real mu = one.friction * one.inward;
+    made.axis = static_cast<int>(one.axis);
+    for (std::size_t d = 0; d < Dim; ++d) {
+      made.share[d] = mu * one.direction[d];
+      for (std::size_t e = 0; e < Dim && one.reach > 0; ++e) {
+        if (!holds_along(one, d) || !holds_along(one, e)) continue;
+        const Real slope = mu * ((d == e ? 1 : 0) - one.direction[d] * one.direction[e]) / one.reach;
+        made.slope[d * Dim + e] = slope;
+        made.share[d] -= slope * face[e];
+      }
+    }
   }
   return all;
 }
@@ -122,10 +134,22 @@ typename FaceContacts<Dim>::Answer FaceContacts<Dim>::answer(const Node& one, st
 }
 
 template <int Dim>
+Vec<Dim> FaceContacts<Dim>::sideways(const Node& one, const Vec<Dim>& slip) {
+  const Real ahead = dot<Dim>(one.direction, slip);
+  Vec<Dim> rest;
+  for (std::size_t d = 0; d < Dim; ++d) rest[d] = slip[d] - ahead * one.direction[d];
+  return rest;
+}
+
+template <int Dim>
 bool FaceContacts<Dim>::is_driven(const Node& one, const Answer& found) {
-  const Real along = dot<Dim>(one.direction, found.slip);
-  return one.state == State::slips && one.friction > 0 && found.pressure * along < 0 && std::abs(along) > k_into &&
-         std::abs(found.pressure) > found.rounding;
+  if (one.state != State::slips || one.friction == 0 || length<Dim>(one.direction) == 0) return false;
+  Real against = dot<Dim>(one.direction, found.slip);
+  if (one.reach > 0) {
+    const Vec<Dim> rest = sideways(one, found.slip);
+    against += dot<Dim>(rest, rest) / one.reach;
+  }
+  return found.pressure * against < 0 && std::abs(against) > k_into && std::abs(found.pressure) > found.rounding;
 }
 
 template <int Dim>
@@ -151,29 +175,28 @@ bool FaceContacts<Dim>::change_slip(Node& one, const Answer& found) {
     ++one.slips;
     one.state = State::slips;
     one.direction = unit<Dim>(found.resistance, 0);
+    one.reach = 0;
     for (Real& component : one.direction) component = -component;
-    return true;
-  }
-  const Vec<Dim> ahead = unit<Dim>(found.slip, k_into);
-  if (length<Dim>(one.direction) == 0) {
-    one.direction = ahead;
-    if (length<Dim>(ahead) == 0) one.state = State::sticks;
     return true;
   }
   if (is_driven(one, found)) {
     one.state = State::sticks;
     return true;
   }
-  if (Dim == 2 || length<Dim>(ahead) == 0 || one.turns == k_turns_max) return false;
-  // Where the slip is short, a small change of the friction turns it by much; means over the turns so far settle nevertheless.
-  Vec<Dim> mean;
-  for (std::size_t d = 0; d < Dim; ++d) mean[d] = ahead[d] + one.turns * one.direction[d];
-  mean = unit<Dim>(mean, 0);
-  Vec<Dim> turn;
-  for (std::size_t d = 0; d < Dim; ++d) turn[d] = mean[d] - one.direction[d];
-  if (length<Dim>(turn) <= k_turn) return false;
-  ++one.turns;
-  one.direction = mean;
+  const Vec<Dim> ahead = unit<Dim>(found.slip, k_into);
+  const bool is_first = length<Dim>(one.direction) == 0;
+  if (is_first && length<Dim>(ahead) == 0) {
+    one.state = State::sticks;
+    return true;
+  }
+  if (!is_first) {
+    Vec<Dim> turn;
+    for (std::size_t d = 0; d < Dim; ++d) turn[d] = ahead[d] - one.direction[d];
+    if (Dim == 2 || length<Dim>(ahead) == 0 || length<Dim>(turn) <= k_turn || one.turns == k_turns_max) return false;
+    ++one.turns;
+  }
+  one.direction = ahead;
+  one.reach = length<Dim>(found.slip);
   return true;
 }
 

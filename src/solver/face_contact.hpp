@@ -7,10 +7,11 @@
 //          moved into the face                       would move along with its friction
 //
 // After Newton's method has converged with a set of states, nodes change as their reactions and motions ask; then Newton again, until the
-// set stays. A node that slips is held across the face, and has the force mu R_n against its slip in its equations along the face: with the
-// R_n of that very solution, since R_n is the residual across the face at the same node. Only the direction of the slip is that of the
-// solution before. A face without a limit to its friction (no_tension) has no nodes that slip.
-// Sources: docs/implicit.md.
+// set stays. A node that slips is held across the face, and has the force mu R_n against its slip s in its equations along the face: with
+// the R_n of that very solution, since R_n is the residual across the face at the same node. In 2D the direction of the slip is a sign that
+// belongs to the set. In 3D it turns: s / |s| is taken to first order about the slip s0 of the solution before, t + (I - t t^T) s / |s0|
+// with t = s0 / |s0|, until it no longer does. A face without a limit to its friction (no_tension) has no nodes that slip. Sources:
+// docs/implicit.md.
 #pragma once
 
 #include "solver/assembly.hpp"
@@ -30,8 +31,8 @@ class FaceContacts {
   void start(const StepSpace<Dim>& space);
   /// Components that are let go now, by node and component, for StepSpace::release.
   const std::vector<bool>& released() const { return released_; }
-  /// Friction at nodes that slip now, by active node; empty without any.
-  std::vector<FaceFriction<Dim>> friction(const StepSpace<Dim>& space) const;
+  /// Friction at nodes that slip now, by active node; empty without any. With the faces' displacements by condition [m].
+  std::vector<FaceFriction<Dim>> friction(const StepSpace<Dim>& space, const std::vector<Vec<Dim>>& displacements) const;
   /// With the displacements [m] and the residual [N] of a converged solve, by active node and component, and the faces' displacements by
   /// condition [m]: the next set. Whether it is another one, so that Newton's method must go on; not for ever.
   bool update(const StepSpace<Dim>& space, const std::vector<Real>& u, const std::vector<Real>& residual,
@@ -59,6 +60,7 @@ class FaceContacts {
     int changes = 0;       ///< In this step: of being held across the face,
     int slips = 0;         ///< from sticking to slipping,
     int turns = 0;         ///< and of the direction.
+    Real reach = 0;        ///< The slip |s0| that the direction is of [m]; 0: of no slip yet, the direction stays.
   };
   /// What a solve says of a node.
   struct Answer {
@@ -75,6 +77,8 @@ class FaceContacts {
   static bool change_slip(Node& one, const Answer& found);
   /// Of a node that slips: whether its friction would bring energy in.
   static bool is_driven(const Node& one, const Answer& found);
+  /// Part of the slip that is across the direction of a node [m].
+  static Vec<Dim> sideways(const Node& one, const Vec<Dim>& slip);
   bool holds_along(const Node& one, std::size_t d) const;
   void mark();
 

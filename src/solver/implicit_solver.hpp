@@ -79,6 +79,8 @@ class ImplicitSolver final : public Solver {
   void advance(Real t, Real dt, int cuts);
   /// Does nothing when it fails, and says why.
   std::optional<std::string> try_step(Real t, Real dt);
+  /// The unknowns and the friction of the faces' set of states as it is; with the faces' displacements by condition [m].
+  void take_contacts(StepLoad<Dim>& load, const std::vector<Vec<Dim>>& displacements);
   /// Newton's method with the faces' set of states as it is, from `u`, or from 0 where it is empty.
   std::optional<std::string> solve(const StepLoad<Dim>& load, const std::vector<Vec<Dim>>& displacements, std::vector<Real>& u);
   void make_bodies();

@@ -127,7 +127,8 @@ Vec3 ImplicitSolver<Dim>::book_reactions(const StepLoad<Dim>& load, const std::v
     if (space_.unknown(static_cast<Index>(n), static_cast<int>(d)) < 0) {
       reactions[k] = residual[k];
     } else if (!load.friction.empty() && load.friction[n].axis >= 0) {
-      reactions[k] = -load.friction[n].share[d] * residual[n * Dim + static_cast<std::size_t>(load.friction[n].axis)];
+      const FaceFriction<Dim>& friction = load.friction[n];
+      reactions[k] = -friction.at(u.data() + n * Dim)[d] * residual[n * Dim + static_cast<std::size_t>(friction.axis)];
     }
     reaction[d] += reactions[k];
   }
