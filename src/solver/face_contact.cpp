@@ -214,16 +214,19 @@ bool FaceContacts<Dim>::update(const StepSpace<Dim>& space, const std::vector<Re
     if (one.state != State::free) ++held_;
     if (one.state == State::slips) ++slipping_;
     const Answer found = answer(one, *place, u, residual, displacements[static_cast<std::size_t>(one.condition)], k_pull * greatest);
-    if (sets_ < (one.can_slip ? k_sets_max_friction : k_sets_max)) {
-      is_changed = change(one, found) || is_changed;
+    const bool is_last = sets_ >= (one.can_slip ? k_sets_max_friction : k_sets_max);
+    if (!is_last && change(one, found)) {
+      is_changed = true;
       continue;
     }
-    // The step goes on with the set as it is, but not with friction that drives.
-    Node next = one;
-    if (change(next, found)) ++unsettled_;
-    if (!is_driven(one, found)) continue;
-    one.state = State::sticks;
-    is_changed = true;
+    if (is_last && is_driven(one, found)) {  // The step goes on with the set as it is, but not with friction that works.
+      one.state = State::sticks;
+      is_changed = true;
+      continue;
+    }
+    Node unlimited = one;
+    unlimited.changes = unlimited.slips = unlimited.turns = 0;
+    if (change(unlimited, found)) ++unsettled_;
   }
   mark();
   return is_changed;
