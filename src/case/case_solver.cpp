@@ -184,6 +184,12 @@ void check_implicit_boundaries(const Case& problem) {
     if (boundary.contact != FaceContact::stick && problem.implicit.mode == ImplicitMode::quasi_static) {
       fail_case(place, where, "contact is for mode = \"dynamic\" only: a body that is let go is held by its inertia");
     }
+    const std::string& linear_solver = problem.implicit.linear_solver;
+    if (boundary.friction > 0 && (linear_solver == "ldlt" || linear_solver == "cholmod" || linear_solver == "cg")) {
+      fail_case(place, where,
+                fmt::format("friction makes the matrix unsymmetric, and linear_solver = \"{}\" is for symmetric ones; use \"auto\"",
+                            linear_solver));
+    }
   }
 }
 

@@ -304,6 +304,26 @@ void Assembly<Dim>::scatter(std::size_t cell, const Real* K, Lift& lift) {
 }
 
 template <int Dim>
+void Assembly<Dim>::add_friction(std::size_t cell, const std::vector<Real>& u, const StepLoad<Dim>& load, Real* residual, Real* K) const {
+  const int* const nodes = space_.cell_nodes(cell);
+  for (std::size_t I = 0; I < static_cast<std::size_t>(space_.functions()); ++I) {
+    const auto node = static_cast<std::size_t>(nodes[I]);
+    const FaceFriction<Dim>& friction = load.friction[node];
+    if (friction.axis < 0) continue;
+    const std::size_t across = I * Dim + static_cast<std::size_t>(friction.axis);
+    const Vec<Dim> share = friction.at(u.data() + node * Dim);
+    for (std::size_t d = 0; d < Dim; ++d) {
+      if (d == static_cast<std::size_t>(friction.axis)) continue;
+      const std::size_t along = I * Dim + d;
+      residual[along] += share[d] * residual[across];
+      if (K == nullptr) continue;
+      for (std::size_t column = 0; column < width(); ++column) K[along * width() + column] += share[d] * K[across * width() + column];
+      for (std::size_t e = 0; e < Dim; ++e) K[along * width() + I * Dim + e] += friction.slope[d * Dim + e] * residual[across];
+    }
+  }
+}
+
+template <int Dim>
 void Assembly<Dim>::assemble(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift) {
   const bool with_matrix = lift != nullptr;
   const auto work = Kernels::choose(space_.functions());
@@ -320,8 +340,10 @@ void Assembly<Dim>::assemble(const std::vector<Real>& u, const StepLoad<Dim>& lo
     const Index particles = space_.cell_end(first + count - 1) - space_.cell_begin(first);
     parallel_for(static_cast<Index>(count), particles * 20, [&](Index c) {
       const auto s = static_cast<std::size_t>(c);
-      work(*this, first + s, u, load, cell_residuals_.data() + s * width(),
-           with_matrix ? cell_matrices_.data() + s * width() * width() : nullptr);
+      Real* const cell_residual = cell_residuals_.data() + s * width();
+      Real* const cell_matrix = with_matrix ? cell_matrices_.data() + s * width() * width() : nullptr;
+      work(*this, first + s, u, load, cell_residual, cell_matrix);
+      if (!load.friction.empty()) add_friction(first + s, u, load, cell_residual, cell_matrix);
     });
     for (std::size_t c = 0; c < count; ++c) {
       const int* const nodes = space_.cell_nodes(first + c);

@@ -3,6 +3,8 @@
 // Per particle, with A = I + sum_K u_K g*_K the deformation in the step, and S = tau A^-T from the law with its derivative dS/dA:
 //   r_I  += V0 S g_I + m N_I (c_u du - c_v v - c_a a - b),   du = sum_K N_K u_K
 //   K_IK += V0 g_I (dS/dA) g*_K + m c_u N_I N_K
+// The residual at a prescribed component is the force that holds it. So friction at a node that slips on a face, which goes by that force
+// across the face, is a row of the same node times a number, in the residual and in its derivative.
 // Cells are worked in parallel into matrices of their own; these are added to the sparse matrix in the order of the cells, so that the
 // result has the same bits for any number of threads.
 #pragma once
@@ -21,6 +23,22 @@ struct StepInertia {
   Real a = 0;  ///< [1]
 };
 
+/// Friction on a node that slips on a face: the face's force along itself is -share times its force across. The share turns with the
+/// node's displacement u, as share + slope u.
+template <int Dim>
+struct FaceFriction {
+  int axis = -1;                        ///< Across the face; -1: no friction.
+  Vec<Dim> share{};                     ///< [1]
+  std::array<Real, Dim * Dim> slope{};  ///< [1/m]
+  Vec<Dim> at(const Real* u) const {
+    Vec<Dim> all = share;
+    for (std::size_t d = 0; d < Dim; ++d) {
+      for (std::size_t e = 0; e < Dim; ++e) all[d] += slope[d * Dim + e] * u[e];
+    }
+    return all;
+  }
+};
+
 /// What a step adds to the particles' equations.
 template <int Dim>
 struct StepLoad {
@@ -31,6 +49,8 @@ struct StepLoad {
   std::vector<std::vector<Real>> body_force;
   /// Forces on nodes by active node and component [N]; empty without.
   std::vector<Real> nodal_force;
+  /// By active node; empty without. Of such a node the residual along the face is what its friction leaves.
+  std::vector<FaceFriction<Dim>> friction;
   Real b(std::size_t source, Real weight_ratio, std::size_t row, std::size_t d) const {
     const Real other = body_force.empty() || body_force[source].empty() ? 0 : body_force[source][row * Dim + d];
     return weight_ratio * gravity[d] + other;
@@ -96,6 +116,8 @@ class Assembly {
   void make_pattern();
   void make_soft_stiffness();
   void scatter(std::size_t cell, const Real* K, Lift& lift);
+  /// Adds the friction on a cell's nodes to its residual and its matrix, if there is one.
+  void add_friction(std::size_t cell, const std::vector<Real>& u, const StepLoad<Dim>& load, Real* residual, Real* K) const;
   std::size_t width() const { return static_cast<std::size_t>(space_.functions() * Dim); }
 
   /// Of one source.

@@ -269,17 +269,13 @@ void ImplicitSolver<Dim>::advance(Real t, Real dt, int cuts) {
 template <int Dim>
 std::optional<std::string> ImplicitSolver<Dim>::try_step(Real t, Real dt) {
   update_space(t);
-  const StepLoad<Dim> load = make_load(t + dt, dt);
+  StepLoad<Dim> load = make_load(t + dt, dt);
   const std::vector<Vec<Dim>> displacements = conditions_.displacements(t, dt);
   std::vector<Real> u;
   contacts_.start(space_);
   bool is_settled = false;
   while (!is_settled) {
-    if (!contacts_.is_empty()) {
-      space_.release(contacts_.released());
-      assembly_.start();
-      if (assembly_.is_new_pattern()) newton_.forget_pattern();
-    }
+    if (!contacts_.is_empty()) take_contacts(load, displacements);
     if (const auto failure = solve(load, displacements, u)) return failure;
     is_settled = true;
     if (contacts_.is_empty()) break;
@@ -290,6 +286,14 @@ std::optional<std::string> ImplicitSolver<Dim>::try_step(Real t, Real dt) {
   Stage stage(profile_, "update");
   commit(t, dt, load, u);
   return std::nullopt;
+}
+
+template <int Dim>
+void ImplicitSolver<Dim>::take_contacts(StepLoad<Dim>& load, const std::vector<Vec<Dim>>& displacements) {
+  space_.release(contacts_.released());
+  assembly_.start();
+  if (assembly_.is_new_pattern()) newton_.forget_pattern();
+  load.friction = contacts_.friction(space_, displacements);
 }
 
 template <int Dim>
@@ -305,9 +309,9 @@ std::optional<std::string> ImplicitSolver<Dim>::solve(const StepLoad<Dim>& load,
       }
     }
   }
-  const bool is_symmetric = space_.receding_count() == 0 && std::none_of(sources_.begin(), sources_.end(), [](const auto& source) {
-                              return source.points->material().is_rate_dependent();
-                            });
+  const bool is_symmetric =
+      load.friction.empty() && space_.receding_count() == 0 &&
+      std::none_of(sources_.begin(), sources_.end(), [](const auto& source) { return source.points->material().is_rate_dependent(); });
   const auto failure = newton_.solve(load, std::move(prescribed), is_symmetric ? Symmetry::symmetric : Symmetry::general, u);
   iterations_ += newton_.report().iterations;
   return failure;
@@ -350,6 +354,10 @@ void ImplicitSolver<Dim>::set_initial_acceleration(Real t, Real dt) {
   StepLoad<Dim> load = make_load(t, dt);
   const Real factor = newmark(k_short * dt).u;
   load.inertia = {factor, 0, 0};
+  if (!contacts_.is_empty()) {
+    contacts_.start(space_);
+    take_contacts(load, conditions_.displacements(t, 0));
+  }
   const std::vector<Real> zero(space_.nodes().size() * Dim, 0);
   std::vector<Real> residual;
   Lift lift;

@@ -79,7 +79,9 @@ class ImplicitSolver final : public Solver {
   void advance(Real t, Real dt, int cuts);
   /// Does nothing when it fails, and says why.
   std::optional<std::string> try_step(Real t, Real dt);
-  /// Newton's method with the faces' set of held nodes as it is.
+  /// The unknowns and the friction of the faces' set of states as it is; with the faces' displacements by condition [m].
+  void take_contacts(StepLoad<Dim>& load, const std::vector<Vec<Dim>>& displacements);
+  /// Newton's method with the faces' set of states as it is, from `u`, or from 0 where it is empty.
   std::optional<std::string> solve(const StepLoad<Dim>& load, const std::vector<Vec<Dim>>& displacements, std::vector<Real>& u);
   void make_bodies();
   void make_tractions();
@@ -91,8 +93,10 @@ class ImplicitSolver final : public Solver {
   void commit(Real t, Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u);
   void commit_law(Real dt, const std::vector<Real>& A);
   void commit_nodes(Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u);
-  void book(Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Vec<Dim>>& du,
-            const std::vector<Real>& residual);
+  void book(Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Vec<Dim>>& du, const Vec3& reaction);
+  /// The sum of what the conditions do to the bodies [N]; `slip` along faces with friction by active node and component [m].
+  Vec3 book_reactions(const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Real>& residual,
+                      const std::vector<Real>& slip);
   void book_forces_at_start(Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Vec<Dim>>& du);
   void change_gravity(const Vec3& gravity, const std::vector<Vec<Dim>>& du);
   /// Gravity on a body, by its weight [m/s^2].
@@ -122,6 +126,7 @@ class ImplicitSolver final : public Solver {
   Vec3 body_force_force_{};      ///< The same of the body force.
   Vec3 reaction_{};              ///< And of the conditions at nodes.
   NodalWork<Dim> reaction_work_;
+  NodalWork<Dim> friction_work_;  ///< The share of reactions in slip along faces.
   NodalWork<Dim> traction_work_;
   NodalWork<Dim> soft_work_;
   int iterations_ = 0;  ///< Of the last step, all parts of it together.

@@ -32,7 +32,8 @@ void ImplicitSolver<Dim>::commit(Real t, Real dt, const StepLoad<Dim>& load, con
   std::vector<Real> A;
   std::vector<Vec<Dim>> du;
   assembly_.deform(u, A, du);
-  book(dt, load, u, du, residual);
+  const Vec3 reaction = book_reactions(load, u, residual, contacts_.slip(space_, u, conditions_.displacements(t, dt)));
+  book(dt, load, u, du, reaction);
   book_forces_at_start(dt, load, u, du);
   commit_law(dt, A);
   const bool is_dynamic = spec_.mode == ImplicitMode::dynamic;
@@ -113,23 +114,39 @@ void ImplicitSolver<Dim>::commit_nodes(Real dt, const StepLoad<Dim>& load, const
   }
 }
 
-/// The ledger, with the same weights in time as the particles' velocities: momentum closes to rounding. The residual at prescribed
-/// components is the force with which they act on the bodies.
+/// The residual at prescribed components is the force with which they act on the bodies; where a node slips, Coulomb's law has it. In slip
+/// along a face this force dissipates, and in the motion of the face it works.
 template <int Dim>
-void ImplicitSolver<Dim>::book(Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Vec<Dim>>& du,
-                               const std::vector<Real>& residual) {
+Vec3 ImplicitSolver<Dim>::book_reactions(const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Real>& residual,
+                                         const std::vector<Real>& slip) {
   Vec3 reaction{};
-  Vec3 gravity_force{};
-  Vec3 body_force{};
   std::vector<Real> reactions(residual.size(), 0);
   for (std::size_t k = 0; k < residual.size(); ++k) {
+    const std::size_t n = k / Dim;
     const std::size_t d = k % Dim;
-    if (space_.unknown(static_cast<Index>(k / Dim), static_cast<int>(d)) < 0) reactions[k] = residual[k];
+    if (space_.unknown(static_cast<Index>(n), static_cast<int>(d)) < 0) {
+      reactions[k] = residual[k];
+    } else if (!load.friction.empty() && load.friction[n].axis >= 0) {
+      const FaceFriction<Dim>& friction = load.friction[n];
+      reactions[k] = -friction.at(u.data() + n * Dim)[d] * residual[n * Dim + static_cast<std::size_t>(friction.axis)];
+    }
     reaction[d] += reactions[k];
-    if (!load.nodal_force.empty()) body_force[d] += load.nodal_force[k];
   }
   reaction_work_.advance(space_, reactions, u);
-  ledger_.boundary_work += reaction_work_.start() + reaction_work_.end();
+  friction_work_.advance(space_, reactions, slip);
+  const Real in_slip = friction_work_.start() + friction_work_.end();
+  ledger_.boundary_work += reaction_work_.start() + reaction_work_.end() - in_slip;
+  ledger_.contact_dissipation -= in_slip;
+  return reaction;
+}
+
+/// The ledger, with the same weights in time as the particles' velocities: momentum closes to rounding.
+template <int Dim>
+void ImplicitSolver<Dim>::book(Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Vec<Dim>>& du,
+                               const Vec3& reaction) {
+  Vec3 gravity_force{};
+  Vec3 body_force{};
+  for (std::size_t k = 0; k < load.nodal_force.size(); ++k) body_force[k % Dim] += load.nodal_force[k];
   if (!load.nodal_force.empty()) {
     traction_work_.advance(space_, load.nodal_force, u);
     ledger_.body_force_work += traction_work_.start() + traction_work_.end();
@@ -307,6 +324,8 @@ std::vector<StepNumber> ImplicitSolver<Dim>::step_numbers() const {
           {"penetrated_particles", "1", static_cast<Real>(space_.penetrated_count())},
           {"contact_sets", "1", static_cast<Real>(contacts_.sets())},
           {"contact_nodes", "1", static_cast<Real>(contacts_.held())},
+          {"contact_slipping", "1", static_cast<Real>(contacts_.slipping())},
+          {"contact_unsettled", "1", static_cast<Real>(contacts_.unsettled())},
           {"soft_dissipation", "J", ledger_.soft_dissipation},
           {"receding_work", "J", ledger_.receding_work},
           {"integrator_loss", "J", ledger_.integrator_loss},

@@ -62,7 +62,10 @@ template <int Dim>
 std::optional<std::string> Newton<Dim>::solve(const StepLoad<Dim>& load, std::vector<Real> prescribed, Symmetry symmetry,
                                               std::vector<Real>& u) {
   report_ = {};
-  u.assign(prescribed.size(), 0);
+  u.resize(prescribed.size(), 0);
+  for (std::size_t k = 0; k < u.size(); ++k) {
+    if (space_.unknown(static_cast<Index>(k / Dim), static_cast<int>(k % Dim)) < 0) prescribed[k] -= u[k];
+  }
   Search search{load, std::move(prescribed), u, u, u, {}, {}, 0, 0, 0};
   // Prescribed displacements come with the first increment, so that the body follows them at once: alone they might turn cells inside out.
   if (norm_of(search.prescribed) > 0) search.lift.displacement = &search.prescribed;

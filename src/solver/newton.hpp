@@ -26,7 +26,8 @@ class Newton {
   /// To be called when the assembly has another pattern.
   void forget_pattern() { is_analyzed_ = false; }
 
-  /// From u = 0, with the prescribed displacements by active node and component [m]: fills `u`, or says why it failed.
+  /// From `u`, or from 0 where it is empty, with the prescribed displacements by active node and component [m]: fills `u`, or says why it
+  /// failed.
   std::optional<std::string> solve(const StepLoad<Dim>& load, std::vector<Real> prescribed, Symmetry symmetry, std::vector<Real>& u);
 
   /// Displacements by active node and component that the forces `right` make with the assembly's present matrix, 0 where prescribed; false

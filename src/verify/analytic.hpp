@@ -26,6 +26,7 @@ void add_implicit_analytic(VerifySuite& suite);
 void add_implicit_newton(VerifySuite& suite);
 void add_implicit_paper(VerifySuite& suite);
 void add_implicit_explicit(VerifySuite& suite);
+void add_implicit_friction(VerifySuite& suite);
 void add_coupled_paper(VerifySuite& suite);
 void add_fem(VerifySuite& suite);
 

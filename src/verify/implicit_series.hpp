@@ -22,6 +22,10 @@ class AveragedError {
   int count_ = 0;
 };
 
+/// The disk of the paper's row E2 on n x n/5 B-spline cells, with `contact` at the bottom instead of C_c; particles by the paper's own
+/// rule, which stay within the radius, so that they may touch at the start.
+Case disk_on_splines(int cells, Real gap, const std::string& contact);
+
 /// The greatest difference in times and positions to a series (verification/<name>.csv), each in units of what it may be: 1e-6 of the way
 /// or 1e-9 m, and the rounding of the printed numbers, of so many digits. Runs to the end of the series.
 Real series_difference(Simulation& sim, const std::string& name, std::size_t particle, int digits = 7);

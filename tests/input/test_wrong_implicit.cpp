@@ -130,14 +130,35 @@ INSTANTIATE_TEST_SUITE_P(
                    "contact = \"no_tension\"",
                    {"^case.toml:32: ",
                     "contact goes by the signs of reactions at nodes, which mean nothing on elements; use basis = \"bspline\""}},
-        WrongInput{"contact_unknown",
-                   "receding_correction = 0.5",
-                   "contact = \"no_tensions\"",
-                   {"contact = \"no_tensions\" is unknown, allowed: \"stick\" or \"no_tension\"", "did you mean \"no_tension\"?"}},
+        WrongInput{
+            "contact_unknown",
+            "receding_correction = 0.5",
+            "contact = \"no_tensions\"",
+            {"contact = \"no_tensions\" is unknown, allowed: \"stick\", \"no_tension\" or \"friction\"", "did you mean \"no_tension\"?"}},
         WrongInput{"contact_of_slip",
                    "kind = \"fixed\"\nreceding_correction = 0.5",
                    "kind = \"slip\"\ncontact = \"no_tension\"",
-                   {"^case.toml:35: ", "contact = \"no_tension\" is for kind = \"fixed\" or \"velocity\""}},
+                   {"^case.toml:32: ", "the implicit solver has contact for kind = \"fixed\" or \"velocity\""}},
+        WrongInput{"friction_of_slip",
+                   "kind = \"fixed\"\nreceding_correction = 0.5",
+                   "kind = \"slip\"\ncontact = \"friction\"\nfriction = 0.3",
+                   {"^case.toml:35: ", "contact = \"friction\" is for kind = \"fixed\" or \"velocity\""}},
+        WrongInput{"friction_on_elements",
+                   "receding_correction = 0.5",
+                   "contact = \"friction\"\nfriction = 0.3",
+                   {"^case.toml:32: ", "contact goes by the signs of reactions at nodes, which mean nothing on elements"}},
+        WrongInput{"friction_missing",
+                   "receding_correction = 0.5",
+                   "contact = \"friction\"",
+                   {"^case.toml:35: ", "contact = \"friction\" needs friction, Coulomb's coefficient"}},
+        WrongInput{"friction_negative",
+                   "receding_correction = 0.5",
+                   "contact = \"friction\"\n@friction = -0.1",
+                   {"friction = -0.1 is not allowed, it must be >= 0"}},
+        WrongInput{"friction_of_no_tension",
+                   "receding_correction = 0.5",
+                   "contact = \"no_tension\"\n@friction = 0.3",
+                   {"friction is for contact = \"friction\" only"}},
         WrongInput{"contact_of_components",
                    "receding_correction = 0.5",
                    "components = [\"x\"]\ncontact = \"no_tension\"",
@@ -203,11 +224,7 @@ TEST_P(ImplicitKeys, are_refused_by_the_explicit_solver) { expect_refused(k_case
 
 INSTANTIATE_TEST_SUITE_P(
     all, ImplicitKeys,
-    testing::Values(WrongInput{"contact",
-                               "side = \"bottom\"\nkind = \"slip\"",
-                               "side = \"bottom\"\nkind = \"fixed\"\ncontact = \"no_tension\"",
-                               {"^case.toml:33: ", "contact is for solver.type = \"implicit\" only"}},
-                    WrongInput{"corners",
+    testing::Values(WrongInput{"corners",
                                "periodic = []",
                                "corners = [[0, 0], [1, 0], [1, 1], [0, 1]]",
                                {"corners is for solver.type = \"implicit\" only"}},
@@ -239,6 +256,22 @@ TEST(WrongImplicit, static_runs_have_no_rates_and_no_velocities) {
 TEST(WrongImplicit, particles_outside_are_named) {
   EXPECT_THAT(refusal(k_implicit_case, {"body.block.region.upper=[0.75,1.2]"}),
               testing::HasSubstr("is outside the grid [0, 0] to [1, 1]; move the body or enlarge the grid"));
+}
+
+TEST(WrongImplicit, friction_needs_a_solver_for_unsymmetric_matrices) {
+  std::string text = k_implicit_case;
+  for (const auto& [from, to] : {std::pair<std::string, std::string>{"basis = \"element\"\nelement_order = 2\n", ""},
+                                 {"grading = [1, 1.1]\n", ""},
+                                 {"receding_correction = 0.5", "contact = \"friction\"\nfriction = 0.3"}}) {
+    text.replace(text.find(from), from.size(), to);
+  }
+  EXPECT_EQ(refusal(text), "no exception");
+  for (const char* name : {"ldlt", "cg"}) {
+    const std::vector<std::string> sets = {fmt::format("solver.linear_solver={}", name)};
+    EXPECT_THAT(refusal(text, sets), testing::HasSubstr(fmt::format(
+                                         "boundary 1: friction makes the matrix unsymmetric, and linear_solver = \"{}\" is for", name)));
+  }
+  EXPECT_EQ(refusal(text, {"solver.linear_solver=ldlt", "boundary.1.friction=0"}), "no exception");
 }
 
 }  // namespace
