@@ -74,29 +74,34 @@ class PredicateRegion final : public Region {
 /// Nodes of the grid that were chosen before the run: no Python during it.
 class NodeSet final : public Region {
  public:
-  NodeSet(int dim, Vec3 lower, Vec3 upper, std::array<Index, 3> nodes, std::vector<bool> is_chosen)
-      : dim_(dim), lower_(lower), upper_(upper), nodes_(nodes), is_chosen_(std::move(is_chosen)) {}
+  /// axes: the nodes' coordinates [m] in each direction, ascending.
+  NodeSet(std::vector<std::vector<Real>> axes, std::vector<bool> is_chosen) : axes_(std::move(axes)), is_chosen_(std::move(is_chosen)) {}
   bool contains(const Vec3& x) const override {
-    Index node = 0;
-    for (int d = dim_ - 1; d >= 0; --d) {
-      const auto s = static_cast<std::size_t>(d);
-      const Index cells = nodes_[s] - 1;
-      const Index i = std::llround((x[s] - lower_[s]) / (upper_[s] - lower_[s]) * static_cast<Real>(cells));
-      if (i < 0 || i > cells) return false;
-      node = node * nodes_[s] + i;
+    std::size_t node = 0;
+    for (std::size_t d = axes_.size(); d-- > 0;) {
+      const std::vector<Real>& axis = axes_[d];
+      auto i = static_cast<std::size_t>(std::lower_bound(axis.begin(), axis.end(), x[d]) - axis.begin());
+      if (i == axis.size() || (i > 0 && x[d] - axis[i - 1] < axis[i] - x[d])) --i;
+      // Beyond the sides there is no node, only rounding.
+      const Real spacing = axis[1] - axis[0];
+      if (std::abs(x[d] - axis[i]) > spacing && (i == 0 || i + 1 == axis.size())) return false;
+      node = node * axis.size() + i;
     }
-    return is_chosen_[static_cast<std::size_t>(node)];
+    return is_chosen_[node];
   }
-  Vec3 lower() const override { return lower_; }
-  Vec3 upper() const override { return upper_; }
+  Vec3 lower() const override { return end(false); }
+  Vec3 upper() const override { return end(true); }
   std::optional<Real> measure(int) const override { return std::nullopt; }
   Input write(int) const override { return Input::string("nodes chosen by a function"); }
 
  private:
-  int dim_;
-  Vec3 lower_;
-  Vec3 upper_;
-  std::array<Index, 3> nodes_;
+  Vec3 end(bool is_upper) const {
+    Vec3 x{};
+    for (std::size_t d = 0; d < axes_.size(); ++d) x[d] = is_upper ? axes_[d].back() : axes_[d].front();
+    return x;
+  }
+
+  std::vector<std::vector<Real>> axes_;
   std::vector<bool> is_chosen_;
 };
 
@@ -110,12 +115,8 @@ std::shared_ptr<Region> predicate_region(nb::object predicate, int dim, const st
   return std::make_shared<PredicateRegion>(std::move(predicate), dim, to_vec3(lower), to_vec3(upper));
 }
 
-std::shared_ptr<Region> node_set(int dim, const std::vector<Real>& lower, const std::vector<Real>& upper, const std::vector<Index>& nodes,
-                                 nb::ndarray<nb::numpy, const bool, nb::ndim<1>, nb::c_contig> mask) {
-  std::array<Index, 3> counts{1, 1, 1};
-  std::copy(nodes.begin(), nodes.end(), counts.begin());
-  std::vector<bool> is_chosen(mask.data(), mask.data() + mask.size());
-  return std::make_shared<NodeSet>(dim, to_vec3(lower), to_vec3(upper), counts, std::move(is_chosen));
+std::shared_ptr<Region> node_set(std::vector<std::vector<Real>> axes, nb::ndarray<nb::numpy, const bool, nb::ndim<1>, nb::c_contig> mask) {
+  return std::make_shared<NodeSet>(std::move(axes), std::vector<bool>(mask.data(), mask.data() + mask.size()));
 }
 
 std::shared_ptr<Layout> points(ConstArray positions, ConstArray volumes) {
@@ -191,7 +192,7 @@ void bind_functions(nb::module_& m) {
   nb::class_<VelocityHistory>(m, "VelocityHistory", "A velocity as a function of time.");
   nb::class_<BodyForce>(m, "BodyForce", "A body force as a function of position and time.");
   m.def("predicate_region", &predicate_region, nb::arg("predicate"), nb::arg("dim"), nb::arg("lower"), nb::arg("upper"));
-  m.def("node_set", &node_set, nb::arg("dim"), nb::arg("lower"), nb::arg("upper"), nb::arg("nodes"), nb::arg("mask"));
+  m.def("node_set", &node_set, nb::arg("axes"), nb::arg("mask"));
   m.def("points", &points, nb::arg("positions"), nb::arg("volumes"));
   m.def("velocity_history", &velocity_history, nb::arg("function"), nb::arg("dim"));
   m.def("body_force", &body_force, nb::arg("function"), nb::arg("dim"), nb::arg("is_constant"));

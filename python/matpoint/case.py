@@ -221,13 +221,14 @@ class Case:
         """The data as the core takes it, functions and all. Raises InputError."""
         data = dict(self._data)
         dim = int(self.dim)
-        grid: dict[str, Any] = self._resolve()["grid"]
+        resolved = self._resolve()
+        axes = node_axes(resolved["grid"], resolved["solver"].get("shape", "linear"))
         data["body"] = [_body_to_core(body, dim) for body in self._data.get("body", [])]
         boundaries = []
         for number, boundary in enumerate(self._data.get("boundary", []), start=1):
             boundary = dict(boundary)
             if isinstance(boundary.get("region"), Where):
-                boundary["region"] = _node_set(boundary["region"], grid, f"boundary {number}: region")
+                boundary["region"] = _node_set(boundary["region"], axes, f"boundary {number}: region")
             if callable(boundary.get("velocity")):
                 velocity = _checked_velocity(boundary["velocity"], dim)
                 velocity(0.0)  # what is wrong with it shall be said now
@@ -336,21 +337,33 @@ def _body_to_core(body: Mapping[str, Any], dim: int) -> dict[str, Any]:
     return made
 
 
-def node_positions(grid: Mapping[str, Any]) -> Floats:
-    """Positions [m] of all nodes of a resolved grid, shape (n, dim), x fastest."""
-    lower, upper, cells = grid["lower"], grid["upper"], grid["cells"]
-    axes = [np.linspace(lower[d], upper[d], cells[d] + 1) for d in range(len(cells))]
+def node_axes(grid: Mapping[str, Any], shape: str) -> list[Floats]:
+    """Coordinates [m] of the nodes of a resolved grid, per direction, for the shape functions of the explicit solver."""
+    axes = []
+    for lower, upper, cells in zip(grid["lower"], grid["upper"], grid["cells"], strict=True):
+        places = np.arange(cells + 1.0)
+        if shape in ("bspline2", "bspline3"):
+            # Control points stand at the means of as many knots as the degree (Greville).
+            degree = int(shape[-1])
+            i = np.arange(cells + degree)
+            places = np.mean([np.clip(i - k, 0, cells) for k in range(degree)], axis=0)
+        elif shape == "gimp":
+            places = np.arange(-1.0, cells + 2)
+        axes.append(lower + (upper - lower) / cells * places)
+    return axes
+
+
+def node_positions(axes: list[Floats]) -> Floats:
+    """Positions [m] of all nodes of such a grid, shape (n, dim), x fastest."""
     mesh = np.meshgrid(*reversed(axes), indexing="ij")
     return np.stack([axis.ravel() for axis in reversed(mesh)], axis=1)
 
 
-def _node_set(region: Where, grid: Mapping[str, Any], where: str) -> _core.Region:
-    mask = np.ascontiguousarray(region.mask(node_positions(grid)))
+def _node_set(region: Where, axes: list[Floats], where: str) -> _core.Region:
+    mask = np.ascontiguousarray(region.mask(node_positions(axes)))
     if not mask.any():
         raise _core.InputError(f"{where}: {region!r} chooses none of the {len(mask)} nodes of the grid, so it would do nothing")
-    return _core.node_set(
-        len(grid["cells"]), [float(x) for x in grid["lower"]], [float(x) for x in grid["upper"]], [int(n) + 1 for n in grid["cells"]], mask
-    )
+    return _core.node_set([[float(x) for x in axis] for axis in axes], mask)
 
 
 def _checked_velocity(function: Callable[..., Any], dim: int) -> Callable[[float], Floats]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from matpoint import _core
-from matpoint.case import Case
+from matpoint.case import Case, node_axes
 from matpoint.functions import Floats
 from matpoint.results import did_you_mean
 from matpoint.state import BodyState, GridState
@@ -88,7 +88,8 @@ class Simulation:
         self._case = case.copy()
         self._core = _core.Simulation(self._case._to_core(), self._case.name)
         self._callbacks: list[Callable[[Simulation], object]] = []
-        self._resolved_grid = self._core.resolved()["grid"]
+        resolved = self._core.resolved()
+        self._node_axes = node_axes(resolved["grid"], resolved["solver"].get("shape", "linear"))
         for index, body in enumerate(self._case.body):
             velocity = body.get("velocity")
             if callable(velocity):
@@ -138,7 +139,7 @@ class Simulation:
     @property
     def grid(self) -> GridState:
         """The background grid."""
-        return GridState(self, self._resolved_grid)
+        return GridState(self, self._node_axes)
 
     @property
     def history(self) -> History:

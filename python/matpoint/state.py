@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -257,14 +257,14 @@ class BodyState:
 class GridState:
     """The background grid of a simulation: its nodes and what they carried in the last step. Arrays are numbered x fastest."""
 
-    def __init__(self, simulation: Simulation, grid: Mapping[str, Any]) -> None:
+    def __init__(self, simulation: Simulation, axes: list[Floats]) -> None:
         self._simulation = simulation
-        self._grid = grid
+        self._axes = axes
 
     @property
     def shape(self) -> tuple[int, ...]:
         """Nodes per direction, slowest first: (ny, nx) or (nz, ny, nx), so `grid.mass.reshape(grid.shape)` is a picture."""
-        return tuple(int(n) + 1 for n in reversed(self._grid["cells"]))
+        return tuple(len(axis) for axis in reversed(self._axes))
 
     @property
     def node_count(self) -> int:
@@ -274,7 +274,7 @@ class GridState:
     @property
     def position(self) -> Floats:
         """Positions of the nodes [m], shape (nodes, dim)."""
-        return node_positions(self._grid)
+        return node_positions(self._axes)
 
     @property
     def mass(self) -> Floats:

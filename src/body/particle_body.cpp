@@ -108,6 +108,7 @@ void ParticleBody<Dim, R>::seed(const BodySpec& spec, const std::string& where, 
   mass_ = volume * material_->density();
   Real per_cell = static_cast<Real>(n) / volume;
   for (int d = 0; d < Dim; ++d) per_cell *= grid.cell_size(d);
+  has_fbar_ = spec.has_fbar;
   reach_ = 0.5 * std::min(Real{1}, std::pow(per_cell, -Real{1} / Dim));
   const SlotLayout<Dim> layout = make_layout<Dim>(spec, scheme_, *smallest != *largest);
   blocks_ = std::make_unique<Blocks>(grid, layout);
@@ -173,6 +174,7 @@ SweepContext<Dim, R> ParticleBody<Dim, R>::make_context(Real dt, Real flip) cons
   context.uniform_volume = static_cast<R>(uniform_volume_);
   context.dt = dt;
   context.flip = static_cast<R>(flip);
+  context.has_fbar = has_fbar_;
   context.is_affine_full = scheme_.transfer == Transfer::tpic;
   for (int d = 0; d < Dim; ++d) {
     context.inverse_cell_size[d] = static_cast<R>(1 / grid_.cell_size(d));

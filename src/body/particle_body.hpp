@@ -143,6 +143,7 @@ class ParticleBody final : public Body<Dim> {
   Index id_count_ = 0;
   Real uniform_volume_ = 0;
   Real smallest_volume_ = 0;
+  bool has_fbar_ = false;
   Real reach_ = 0;  ///< Half of a particle's domain, in cell sides, for GIMP: one for the body.
   Real mass_ = 0;
   int sweeps_since_prune_ = 0;

@@ -293,6 +293,19 @@ void BodySpec::declare(ParameterTable<BodySpec>& table) {
                "particles: material points; elements: a body of finite elements, the cells of the grid in the region (implicit solver).");
   table.choice("formulation", &BodySpec::formulation, {{"updated", Formulation::updated}, {"total", Formulation::total}},
                "Of particles, explicit solver: shape functions at their places now, or where they were at the start (total Lagrangian).");
+  table.custom(
+      {"fbar", "1", "true or false", "false", "",
+       "Of particles, explicit solver: all particles of a cell change their volume at the mean rate, which frees nearly incompressible "
+       "ones "
+       "from locking.",
+       false},
+      [](BodySpec& body, const Input& input, const ReadContext& context) {
+        read_value(input, context, "fbar", any_number(), body.has_fbar);
+      },
+      [](const BodySpec& body, int) -> std::optional<Input> {
+        if (!body.has_fbar) return std::nullopt;
+        return Input::boolean(true);
+      });
   typed(table, "region", &BodySpec::region, region_registry, "What the body fills at the start; layout type = \"points\" needs none.",
         false);
   typed(table, "layout", &BodySpec::layout, layout_registry, "How particles fill the region; a body of elements has none.", false);

@@ -61,6 +61,7 @@ struct BodySpec {
   std::string name;
   BodyMethod method = BodyMethod::particles;
   Formulation formulation = Formulation::updated;
+  bool has_fbar = false;  ///< Of particles: the volume changes as the mean of a cell does.
   RegionPointer region;
   std::shared_ptr<Layout> layout;
   std::shared_ptr<VelocityField> velocity;  ///< Null: at rest.

@@ -206,6 +206,7 @@ void check_for_implicit(const Case& problem, const Input& input) {
     const Input place = Input::table().with_place(body.place);
     const std::string where = fmt::format("body {}", body.name);
     if (body.formulation == Formulation::total) fail_case(place, where, "formulation = \"total\" is for solver.type = \"explicit\" only");
+    if (body.has_fbar) fail_case(place, where, "fbar is for solver.type = \"explicit\" only");
     if (body.method == BodyMethod::elements && !is_element)
       fail_case(place, where, "method = \"elements\" needs solver.basis = \"element\": its cells are elements of the background");
     if (body.method == BodyMethod::particles && ++particle_bodies > 1) {

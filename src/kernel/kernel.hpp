@@ -154,6 +154,7 @@ struct SweepContext {
   R inverse_cell_size[Dim] = {};
   int cells[Dim] = {};          ///< Of the grid.
   R reach[Dim] = {};            ///< Half of a particle's domain, in cell sides, for GIMP.
+  bool has_fbar = false;        ///< Particles of a cell change their volume at one rate.
   bool is_affine_full = false;  ///< The affine part is the velocity gradient (TPIC), not APIC's least-squares slope.
   const void* law = nullptr;
   LawKernel<Dim, R> law_kernel = nullptr;

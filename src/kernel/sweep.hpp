@@ -56,6 +56,53 @@ MPM_INLINE void to_first_piola_kirchhoff(const SweepContext<Dim, R>& context, co
   }
 }
 
+/// F-bar, or mean dilatation, as a rate (Hughes 1980; de Souza Neto et al. 1996; Zhao, Jiang & Choo 2023 for MPM): the volumetric part of L
+/// is replaced by its mean over the particles of a cell, weighted by their masses,
+///
+///     L' = L + (tr_m - tr L) I / dim.
+///
+/// The forces are those that do the same work: with the spherical part of the stress replaced by the mean of V0 tr tau / dim. So energy
+/// balances as without. Cells with more particles than a chunk has slots form several such groups.
+///
+/// `diagonal(k, d)`: where component (d, d) of the slot k is.
+template <int Dim, class R, class Diagonal>
+MPM_INLINE void average_spherical_part(const SweepContext<Dim, R>& context, const SweepChunk<Dim, R>& chunk, Diagonal&& diagonal) {
+  using P = Pack<R>;
+  for (int lane = 0; lane < k_lanes<R>; lane += P::k_width) {
+    const P counts = P::load(chunk.counts + lane);
+    const auto spherical = [&](int k) {
+      P trace = P::load(diagonal(k, 0) + lane);
+      for (int d = 1; d < Dim; ++d) trace += P::load(diagonal(k, d) + lane);
+      return trace * P(1.0 / Dim);
+    };
+    P sum = P(0);
+    P weight = P(1e-30);
+    for (int k = 0; k < chunk.slots_in_use[lane / P::k_width]; ++k) {
+      const Mask<R> live = counts > P(static_cast<double>(k));
+      const P m = select(live, mass_of(context, chunk.slots[k] + lane), P(0));
+      sum += m * select(live, spherical(k), P(0));
+      weight += m;
+    }
+    const P mean = sum / weight;
+    for (int k = 0; k < chunk.slots_in_use[lane / P::k_width]; ++k) {
+      const Mask<R> live = counts > P(static_cast<double>(k));
+      const P change = select(live, mean - spherical(k), P(0));
+      for (int d = 0; d < Dim; ++d) (P::load(diagonal(k, d) + lane) + change).store(diagonal(k, d) + lane);
+    }
+  }
+}
+
+template <int Dim, class R>
+__attribute__((noinline)) void average_gradients(const SweepContext<Dim, R>& context, const SweepChunk<Dim, R>& chunk,
+                                                 ChunkBuffers<Dim, R>& buffers) {
+  average_spherical_part(context, chunk, [&](int k, int d) { return buffers.L_grad[k][d * Dim + d]; });
+}
+template <int Dim, class R>
+__attribute__((noinline)) void average_stresses(const SweepContext<Dim, R>& context, const SweepChunk<Dim, R>& chunk,
+                                                ChunkBuffers<Dim, R>& buffers) {
+  average_spherical_part(context, chunk, [&](int k, int d) { return buffers.tau[k][d]; });
+}
+
 template <class R, int Dim, class F>
 MPM_INLINE void for_each_pack(const SweepChunk<Dim, R>& chunk, F&& f) {
   for (int lane = 0; lane < k_lanes<R>; lane += Pack<R>::k_width) {
@@ -110,7 +157,9 @@ __attribute__((flatten)) void sweep_chunk(SweepContext<Dim, R>& context, SweepCh
   if constexpr (Stages<S>::has_law) {
     if (is_reference && S != Sweep::start)
       for_each_pack<R>(chunk, [&](int k, int lane) { to_velocity_gradient(context, chunk, buffers, k, lane); });
+    if (context.has_fbar && S != Sweep::start) average_gradients(context, chunk, buffers);
     update_stress<S>(context, chunk, buffers);
+    if (context.has_fbar) average_stresses(context, chunk, buffers);
     if (is_reference) for_each_pack<R>(chunk, [&](int k, int lane) { to_first_piola_kirchhoff(context, chunk, buffers, k, lane); });
   }
   if constexpr (Variant<V>::is_plain && S != Sweep::refine) {

@@ -1,8 +1,10 @@
 // Fluids: a column of water at rest and ringing, a drop that is stretched, flow between plates, a dam break against an experiment.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "core/error.hpp"
 #include "verify/analytic.hpp"
@@ -345,9 +347,127 @@ void add_plates(VerifySuite& suite) {
 void add_dam_experiment(VerifySuite& suite) {
   std::vector<VerifyRow> rows = {at_most("momentum_remainder", 1e-9, "momentum ledger")};
   for (const auto& [tau, front] : martin_moyce()) {
-    rows.push_back(reported(fmt::format("front_tau_{}", tau), front, "Martin & Moyce (1952), experiment"));
+    // The experiment has a gate and a wetted floor that hold the front back; computations without them are up to 15 % ahead.
+    rows.push_back(within(fmt::format("front_tau_{}", tau), front, 0.15 * front, "Martin & Moyce (1952), experiment"));
   }
   add_problem(suite, {"dam_experiment", "front of a column that collapses, MUSL", "", true, true, 1.2e6, {}, dam_front}, std::move(rows));
+}
+
+constexpr const char* k_tank = R"(
+gravity = [0, -9.81]
+[grid]
+cell_size = 0.05
+[time]
+cfl = 0.4
+[solver]
+stress_order = "musl"
+[[body]]
+name = "water"
+layout = { type = "per_cell", count = 4 }
+[[boundary]]
+side = "bottom"
+kind = "slip"
+[[boundary]]
+side = "left"
+kind = "slip"
+[[boundary]]
+side = "right"
+kind = "slip"
+)";
+
+/// Water of the density 1000 and a speed of sound of ten times sqrt(g H).
+std::string water_law(Real depth, Real viscosity) {
+  return fmt::format("body.water.material={{type=\"newtonian_fluid\",density=1000,pressure_scale={},gamma=7,viscosity={}}}",
+                     1000 * 100 * 9.81 * depth / 7, viscosity);
+}
+
+/// Water that has come to rest in a tank, 1 m deep: the error of the particles' pressure over rho g H, root of the mean square.
+Real pressure_error(const std::string& shape, int cells) {
+  Simulation sim(case_from_text("water_tank", k_tank,
+                                {"solver.shape=" + shape, "solver.damping=5", fmt::format("grid.cell_size={}", 1.0 / cells),
+                                 "grid.upper=[0.5,1.25]", "time.end=2", "gravity_times=[0,0.5]", "gravity_factors=[0,1]",
+                                 "body.water.region={type=\"box\",lower=[0,0],upper=[0.5,1]}", water_law(1, 1e-3)}));
+  sim.run();
+  const std::vector<Real> y = component(sim, 0, "position", 1);
+  const std::vector<Real> p = sim.solver().field(0, "pressure").values;
+  Real sum = 0;
+  for (std::size_t k = 0; k < p.size(); ++k) sum += std::pow(p[k] / 9810 - (1 - y[k]), 2);
+  return std::sqrt(sum / static_cast<Real>(p.size()));
+}
+
+/// A block of ice, 120 x 60 mm, is let go 12 mm above where it floats: its draft over Archimedes', and how uneven the water is, over its
+/// depth; means from 2.25 to 3 s.
+Measured floating_ice() {
+  constexpr Real k_height = 0.06, k_density = 917, k_depth = 0.2, k_cell = 0.01;
+  const Real draft = k_height * k_density / 1000;
+  const Real bottom = k_depth - draft + 0.012;
+  const std::string ice = fmt::format("{{type=\"box\",lower=[0.14,{}],upper=[0.26,{}]}}", bottom, bottom + k_height);
+  const std::string text = std::string(k_tank) + fmt::format(R"(
+[[body]]
+name = "ice"
+layout = {{ type = "per_cell", count = 4 }}
+region = {}
+material = {{ type = "neo_hookean", density = {}, youngs_modulus = 1e6, poissons_ratio = 0.3 }}
+)",
+                                                             ice, k_density);
+  Simulation sim(case_from_text(
+      "floating_ice", text,
+      {"solver.shape=bspline2", "grid.upper=[0.4,0.3]", fmt::format("grid.cell_size={}", k_cell), "time.end=3", "time.cfl=0.5",
+       fmt::format("body.water.region={{type=\"difference\",of=[{{type=\"box\",lower=[0,0],upper=[0.4,{}]}},{{type=\"box\",lower=[0.14,{}],"
+                   "upper=[0.26,1]}}]}}",
+                   k_depth, bottom),
+       water_law(k_depth, 1)}));
+  int count = 0;
+  Real draft_sum = 0;
+  Real uneven_sum = 0;
+  Real next = 2.25;
+  sim.add_callback([&](const Simulation& now) {
+    if (now.time() < next) return true;
+    next += 0.02;
+    // The surface, by the highest particle in each column of cells that is two cells or more away from the ice.
+    std::vector<Real> tops(40, 0);
+    const Field water = now.solver().field(0, "position");
+    for (std::size_t k = 0; k < water.values.size(); k += 2) {
+      Real& top = tops[static_cast<std::size_t>(std::clamp(water.values[k] / k_cell, 0.0, 39.0))];
+      top = std::max(top, water.values[k + 1] + k_cell / 4);
+    }
+    Real level = 0;
+    Real square = 0;
+    int columns = 0;
+    for (int c = 0; c < 40; ++c) {
+      if (std::abs((c + 0.5) * k_cell - 0.2) <= 0.06 + 2 * k_cell) continue;
+      level += tops[static_cast<std::size_t>(c)];
+      square += std::pow(tops[static_cast<std::size_t>(c)], 2);
+      ++columns;
+    }
+    level /= columns;
+    const std::vector<Real> y = component(now, 1, "position", 1);
+    const Real middle = std::accumulate(y.begin(), y.end(), Real{0}) / static_cast<Real>(y.size());
+    draft_sum += (level - (middle - k_height / 2)) / draft;
+    uneven_sum += std::sqrt(std::max(Real{0}, square / columns - level * level)) / k_depth;
+    ++count;
+    return true;
+  });
+  sim.run();
+  return {{"draft_over_archimedes", draft_sum / count}, {"unevenness_over_depth", uneven_sum / count}};
+}
+
+void add_tanks(VerifySuite& suite) {
+  add_problem(suite,
+              {"water_tank",
+               "water at rest, B-splines and linear shapes",
+               "",
+               true,
+               true,
+               1e7,
+               {},
+               [] {
+                 return Measured{{"pressure_error_bspline2_20", pressure_error("bspline2", 20)},
+                                 {"pressure_error_linear_20", pressure_error("linear", 20)}};
+               }},
+              {at_most("pressure_error_bspline2_20", 0.02, "rho g H"), at_most("pressure_error_linear_20", 0.02, "rho g H")});
+  add_problem(suite, {"water_tank", "ice that floats, B-splines", "", false, true, 1e9, {}, floating_ice},
+              {within("draft_over_archimedes", 1, 0.05, "Archimedes"), at_most("unevenness_over_depth", 0.01, "level")});
 }
 
 }  // namespace
@@ -357,6 +477,7 @@ void add_fluids(VerifySuite& suite) {
   add_elliptic_drops(suite);
   add_plates(suite);
   add_dam_experiment(suite);
+  add_tanks(suite);
 }
 
 }  // namespace matpoint

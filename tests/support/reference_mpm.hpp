@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <functional>
+#include <map>
 #include <vector>
 
 #include "case/case.hpp"
@@ -52,7 +53,8 @@ struct ReferenceParticle {
   Vec3 v{};
   Matrix C{};  ///< Affine part of the velocity [1/s].
   Matrix F{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-  Matrix sigma{};  ///< Cauchy stress [Pa]
+  Matrix sigma{};             ///< Cauchy stress [Pa]
+  Real spherical_change = 0;  ///< Of F-bar: what the forces see more than J sigma, in each diagonal entry [Pa].
   Real mass = 0;
   Real V0 = 0;
 };
@@ -164,6 +166,7 @@ class ReferenceMpm {
   int degree = 1;  ///< Of the B-splines on clamped knots that are the shape functions; degree 1: hats.
   Real reach = 0;  ///< Not 0: hats averaged over this much [cell sides] to both sides instead, but not beyond the grid.
   Transfer transfer = Transfer::flip;
+  bool has_fbar = false;  ///< The volumetric part of L is the mean of a cell, and so is the spherical part of the stress in the forces.
   int fmpm_order = 1;     ///< Terms of the inverse of the mass matrix.
   bool is_total = false;  ///< Shape functions in the reference configuration.
   Vec3 lower{};
@@ -296,6 +299,7 @@ class ReferenceMpm {
       for (Vec3& row : S) {
         for (Real& entry : row) entry *= determinant(q.F);
       }
+      for (std::size_t d = 0; d < dim; ++d) S[d][d] += q.spherical_change;
       if (is_total) S = product(S, transpose(inverse(q.F)));
       for (const Corner& k : c) {
         m_[at(k.node)] += k.N * q.mass;
@@ -399,7 +403,8 @@ class ReferenceMpm {
   }
 
   void update_stress(Real dt) {
-    for (ReferenceParticle& q : particles) {
+    std::vector<Matrix> all;
+    for (const ReferenceParticle& q : particles) {
       const std::vector<Corner> c = corners(q);
       Matrix L{};
       for (const Corner& k : c) {
@@ -407,14 +412,58 @@ class ReferenceMpm {
           for (std::size_t s = 0; s < dim; ++s) L[r][s] += v_[at(k.node)][r] * k.dN[s];
         }
       }
-      const Matrix change = is_total ? L : product(L, q.F);
       if (is_total) L = product(L, inverse(q.F));
+      all.push_back(L);
+    }
+    if (has_fbar) {
+      const std::vector<Real> means = cell_means([&](std::size_t p) { return spherical(all[p]); });
+      for (std::size_t p = 0; p < all.size(); ++p) {
+        const Real own = spherical(all[p]);
+        for (std::size_t d = 0; d < dim; ++d) all[p][d][d] += means[p] - own;
+      }
+    }
+    for (std::size_t p = 0; p < particles.size(); ++p) {
+      ReferenceParticle& q = particles[p];
+      const Matrix& L = all[p];
+      const Matrix change = product(L, q.F);
       for (std::size_t r = 0; r < 3; ++r) {
         for (std::size_t s = 0; s < 3; ++s) q.F[r][s] += dt * change[r][s];
       }
       q.sigma = law.stress(q.F, L);
       viscous_dissipation += law.dissipation(L) * determinant(q.F) * q.V0 * dt;
     }
+    if (!has_fbar) return;
+    const auto tau = [&](std::size_t p) { return determinant(particles[p].F) * spherical(particles[p].sigma); };
+    const std::vector<Real> means = cell_means(tau);
+    for (std::size_t p = 0; p < particles.size(); ++p) particles[p].spherical_change = means[p] - tau(p);
+  }
+
+  /// Mean of the diagonal entries in the problem's dimensions.
+  Real spherical(const Matrix& a) const {
+    Real sum = 0;
+    for (std::size_t d = 0; d < dim; ++d) sum += a[d][d] / static_cast<Real>(dim);
+    return sum;
+  }
+
+  /// Of each particle's cell, weighted by masses.
+  std::vector<Real> cell_means(const std::function<Real(std::size_t)>& value) const {
+    std::map<std::array<int, 3>, std::pair<Real, Real>> cell_sums;
+    const auto cell_of = [&](const ReferenceParticle& q) {
+      std::array<int, 3> cell{};
+      for (std::size_t d = 0; d < dim; ++d) cell[d] = static_cast<int>(((is_total ? q.X : q.x)[d] - lower[d]) / h[d]);
+      return cell;
+    };
+    for (std::size_t p = 0; p < particles.size(); ++p) {
+      auto& [sum, mass] = cell_sums[cell_of(particles[p])];
+      sum += particles[p].mass * value(p);
+      mass += particles[p].mass;
+    }
+    std::vector<Real> means;
+    for (const ReferenceParticle& q : particles) {
+      const auto& [sum, mass] = cell_sums.at(cell_of(q));
+      means.push_back(sum / mass);
+    }
+    return means;
   }
 
   void move(Real dt) {

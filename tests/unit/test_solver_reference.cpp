@@ -25,12 +25,13 @@ struct Comparison {
   ShapeKind shape = ShapeKind::linear;
   Transfer transfer = Transfer::flip;
   Formulation formulation = Formulation::updated;
+  bool has_fbar = false;
 
   std::string name() const {
     const std::string transfers[] = {"", "_pic", "_apic", "_tpic", "_fmpm"};
     const std::string shapes[] = {"", "_bspline2", "_bspline3", "_gimp"};
     return base_name() + shapes[static_cast<int>(shape)] + transfers[static_cast<int>(transfer)] +
-           (formulation == Formulation::total ? "_total" : "");
+           (formulation == Formulation::total ? "_total" : "") + (has_fbar ? "_fbar" : "");
   }
   std::string base_name() const {
     const std::string laws[] = {"st_venant_kirchhoff", "neo_hookean", "newtonian_fluid"};
@@ -109,6 +110,7 @@ Case solver_case(const Comparison& c) {
   problem.solver.transfer = c.transfer;
   problem.solver.fmpm_order = 3;
   problem.bodies[0].formulation = c.formulation;
+  problem.bodies[0].has_fbar = c.has_fbar;
   problem.solver.damping = c.damping;
   problem.solver.mass_cutoff = c.mass_cutoff;
   problem.time.dt = k_dt;
@@ -138,6 +140,7 @@ ReferenceMpm reference(const Comparison& c) {
   mpm.order = c.order;
   mpm.degree = c.shape == ShapeKind::bspline2 ? 2 : c.shape == ShapeKind::bspline3 ? 3 : 1;
   mpm.transfer = c.transfer;
+  mpm.has_fbar = c.has_fbar;
   mpm.fmpm_order = c.transfer == Transfer::fmpm ? 3 : 1;
   mpm.is_total = c.formulation == Formulation::total;
   mpm.lower = k_lower;
@@ -279,6 +282,14 @@ std::vector<Comparison> comparisons() {
         }
       }
     }
+    // Layouts with at most eight particles in a cell.
+    for (const Formulation formulation : {Formulation::updated, Formulation::total}) {
+      for (const ShapeKind shape : {ShapeKind::linear, ShapeKind::bspline2}) {
+        all.push_back({2, order, Law::neo_hookean, Layout::jittered, 1, 0, k_light, 0.1, 120, shape, Transfer::flip, formulation, true});
+      }
+    }
+    all.push_back({2, order, Law::newtonian_fluid, Layout::jittered, 1, 0, k_light, 0.1, 120, ShapeKind::linear, Transfer::apic,
+                   Formulation::updated, true});
     all.push_back({2, order, Law::neo_hookean, Layout::jittered, 0.97, 4, k_light, 0.2, 300});
     all.push_back({2, order, Law::newtonian_fluid, Layout::jittered, 0.99, 2, 0.9, 0.1, 300});  // 0.9 kg: a tenth of a particle
     all.push_back({3, order, Law::newtonian_fluid, Layout::jittered, 0.99, 2, 0.9, 0.1, 100});
