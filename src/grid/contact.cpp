@@ -13,7 +13,7 @@ namespace {
 constexpr int k_rounds = 8;
 
 /// Bodies touch when their centroids are closer than this, in cell sides.
-constexpr Real k_touching = 0.8;
+constexpr Real k_touching = 0.775;
 
 /// The cosine of the widest angle between the normal and the line of the centroids: bodies beside each other do not touch along a normal of
 /// their upper sides. Within `k_inside` cell sides of each other they do in any direction, for then that line means nothing.
@@ -44,19 +44,14 @@ void keep_conditions(const Tile<Dim, R>& tile, const std::vector<Vec<Dim>>& befo
 }  // namespace
 
 template <int Dim, class R>
-void Contact<Dim, R>::apply(Change change, const NodalDynamics<Dim>& dynamics, Real dt, Ledger& ledger) {
-  if (change == Change::motion) shared_ = find_shared();
-  std::vector<Ledger> books(shared_.size());
+void Contact<Dim, R>::apply(Real mass_cutoff, Real dt, Ledger& ledger) {
+  const std::vector<std::vector<Shared>> all = find_shared();
+  std::vector<Ledger> books(all.size());
   Index work_size = 0;
-  for (const auto& band : shared_) work_size += static_cast<Index>(band.size()) * k_lanes<R>;
-  parallel_for(static_cast<Index>(shared_.size()), work_size, [&](Index b) {
+  for (const auto& band : all) work_size += static_cast<Index>(band.size()) * k_lanes<R>;
+  parallel_for(static_cast<Index>(all.size()), work_size, [&](Index b) {
     const auto band = static_cast<std::size_t>(b);
-    for (Shared& one : shared_[band]) {
-      if (change == Change::motion)
-        move(one, band, dynamics.mass_cutoff, dt, books[band]);
-      else
-        keep_together(one, band);
-    }
+    for (const Shared& one : all[band]) work(one, band, mass_cutoff, dt, books[band]);
   });
   // In the order of the bands: the same bits for any number of threads.
   for (const Ledger& book : books) {
@@ -91,33 +86,28 @@ std::vector<std::vector<typename Contact<Dim, R>::Shared>> Contact<Dim, R>::find
 }
 
 template <int Dim, class R>
-std::vector<typename Contact<Dim, R>::Velocities> Contact<Dim, R>::velocities_of(const Shared& shared, std::size_t band,
-                                                                                 Change change) const {
-  std::vector<Velocities> all(shared.bodies.size());
-  for (std::size_t k = 0; k < all.size(); ++k) {
+void Contact<Dim, R>::work(const Shared& shared, std::size_t band, Real mass_cutoff, Real dt, Ledger& ledger) const {
+  const std::size_t count = shared.bodies.size();
+  std::vector<Velocities> before(count);
+  for (std::size_t k = 0; k < count; ++k) {
     grids_[shared.bodies[k]]->prepare(*shared.tiles[k], band);
     const NodeValues<Dim, R>& nodes = shared.tiles[k]->values;
-    all[k].resize(k_lanes<R>);
+    before[k].resize(k_lanes<R>);
     for (std::size_t lane = 0; lane < k_lanes<R>; ++lane) {
-      for (std::size_t d = 0; d < Dim; ++d) all[k][lane][d] = (change == Change::motion ? nodes.velocity : nodes.second)[d][lane];
+      for (std::size_t d = 0; d < Dim; ++d) before[k][lane][d] = nodes.velocity[d][lane];
     }
   }
-  return all;
-}
-
-template <int Dim, class R>
-void Contact<Dim, R>::move(Shared& shared, std::size_t band, Real mass_cutoff, Real dt, Ledger& ledger) const {
-  const std::size_t count = shared.bodies.size();
-  const std::vector<Velocities> before = velocities_of(shared, band, Change::motion);
+  bool is_changed = false;
   std::vector<Velocities> after = before;
   for (int round = 0; round < (count == 2 ? 1 : k_rounds); ++round) {
-    bool is_changed = false;
+    bool is_changed_now = false;
     for (std::size_t a = 0; a < count; ++a) {
-      for (std::size_t b = a + 1; b < count; ++b) is_changed = collide(shared, a, b, mass_cutoff, after) || is_changed;
+      for (std::size_t b = a + 1; b < count; ++b) is_changed_now = collide(shared, a, b, mass_cutoff, after) || is_changed_now;
     }
-    if (!is_changed) break;
+    if (!is_changed_now) break;
+    is_changed = true;
   }
-  if (shared.collisions.empty()) return;
+  if (!is_changed) return;
   for (std::size_t k = 0; k < count; ++k) {
     const Velocities wanted = after[k];
     keep_conditions<Dim>(*shared.tiles[k], before[k], grids_[0]->boundary_velocities(), after[k]);
@@ -134,33 +124,6 @@ void Contact<Dim, R>::move(Shared& shared, std::size_t band, Real mass_cutoff, R
         ledger.boundary_work += impulse * now[d];
       }
       ledger.contact_dissipation += 0.5 * nodes.moved_mass[lane] * (dot(old, old) - dot(wanted[lane], wanted[lane]));
-    }
-  }
-}
-
-/// By what the nodes did when they moved, not by whether they approach again: half of the noise of their velocities would be taken, and the
-/// rest would strain the bodies (an impact on a wall gained 15 % of its energy).
-template <int Dim, class R>
-void Contact<Dim, R>::keep_together(const Shared& shared, std::size_t band) const {
-  if (shared.collisions.empty()) return;
-  const std::vector<Velocities> before = velocities_of(shared, band, Change::gradient);
-  std::vector<Velocities> after = before;
-  for (const Collision& one : shared.collisions) {
-    Vec<Dim>& v_a = after[one.a][one.lane];
-    Vec<Dim>& v_b = after[one.b][one.lane];
-    const Real m_a = shared.tiles[one.a]->values.moved_mass[one.lane];
-    const Real m_b = shared.tiles[one.b]->values.moved_mass[one.lane];
-    const Real along = dot(v_a, one.n) - dot(v_b, one.n);
-    for (std::size_t d = 0; d < Dim; ++d) {
-      const Real relative = one.sticks ? v_a[d] - v_b[d] : along * one.n[d];
-      v_a[d] -= m_b / (m_a + m_b) * relative;
-      v_b[d] += m_a / (m_a + m_b) * relative;
-    }
-  }
-  for (std::size_t k = 0; k < after.size(); ++k) {
-    keep_conditions<Dim>(*shared.tiles[k], before[k], grids_[0]->boundary_velocities(), after[k]);
-    for (std::size_t lane = 0; lane < k_lanes<R>; ++lane) {
-      for (std::size_t d = 0; d < Dim; ++d) shared.tiles[k]->values.second[d][lane] = static_cast<R>(after[k][lane][d]);
     }
   }
 }
@@ -202,7 +165,8 @@ Vec<Dim> Contact<Dim, R>::normal(const NodeSurface<Dim>& a, const NodeSurface<Di
 
 /// Two bodies at the nodes of a tile. Returns whether anything changed.
 template <int Dim, class R>
-bool Contact<Dim, R>::collide(Shared& shared, std::size_t a, std::size_t b, Real mass_cutoff, std::vector<Velocities>& velocities) const {
+bool Contact<Dim, R>::collide(const Shared& shared, std::size_t a, std::size_t b, Real mass_cutoff,
+                              std::vector<Velocities>& velocities) const {
   const NodeValues<Dim, R>& nodes_a = shared.tiles[a]->values;
   const NodeValues<Dim, R>& nodes_b = shared.tiles[b]->values;
   TileNodes<Dim> at{shared.tiles[a]->first, {}};
@@ -232,7 +196,6 @@ bool Contact<Dim, R>::collide(Shared& shared, std::size_t a, std::size_t b, Real
       v_a[d] -= m_b / (m_a + m_b) * relative;
       v_b[d] += m_a / (m_a + m_b) * relative;
     }
-    shared.collisions.push_back({a, b, static_cast<std::size_t>(lane), n, stopped == 1});
     is_changed = true;
   }
   return is_changed;

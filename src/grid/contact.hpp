@@ -7,10 +7,10 @@
 //
 //     normal    n = g_a / |g_a| or -g_b / |g_b|, whichever of the two is longer: one for both bodies, with g_a = sum of V_p grad N_i over
 //               the particles of a, which points out of it. At the edge of a block the block's own is inclined and shorter
-//     touching  n . c < 0.8 h and n . c >= |c| / 2, with c the line from the centroid of a's mass at the node to that of b's
+//     touching  n . c < 0.775 h and n . c >= |c| / 2, with c the line from the centroid of a's mass at the node to that of b's
 //     impulse   J_n = m_a m_b / (m_a + m_b) (v_a - v_b) . n, if that is positive; |J_t| <= mu J_n, and no more than stops the sliding
 //
-// Why 0.8 h: two bodies that fill their sides of a plane are 2/3 h apart at a node on the plane, 0.76 h at one that is half a cell away,
+// Why 0.775 h: two bodies that fill their sides of a plane are 2/3 h apart at a node on the plane, 0.76 h at one that is half a cell away,
 // and h at the farthest that both reach (linear shapes). Tried instead: how far the particles nearest to the other body reach along n. The
 // time of contact of two disks was as good, but the impact cost 8 % of their energy with 3016 particles each instead of 3 %. And the mean
 // of both bodies' normals: a block slid on an incline with 94 % of its speed without friction, instead of 98 %.
@@ -28,44 +28,28 @@ class Contact {
   Contact(std::vector<Grid<Dim, R>*> grids, std::vector<const Body<Dim>*> bodies, Real friction)
       : grids_(std::move(grids)), bodies_(std::move(bodies)), friction_(friction) {}
 
-  /// What the impulses change.
-  enum class Change {
-    motion,   ///< Velocity and acceleration, after Grid::start_pass(advance).
-    gradient  ///< Only `second`, the velocities of MUSL's second mapping, after Grid::start_pass(velocity): no momentum changes hands.
-              ///< Nodes that collided when they moved keep together.
-  };
-  /// To be called before any sweep of the pass. Books what the impulses take of the kinetic energy, and what walls give back.
-  void apply(Change change, const NodalDynamics<Dim>& dynamics, Real dt, Ledger& ledger);
+  /// Changes the nodes' velocities and accelerations; to be called after Grid::start_pass(advance), before any sweep. Books what the
+  /// impulses take of the kinetic energy, and what walls give back.
+  void apply(Real mass_cutoff, Real dt, Ledger& ledger);
 
  private:
-  /// Of two bodies at a node.
-  struct Collision {
-    std::size_t a, b;  ///< Of the bodies that share the tile.
-    std::size_t lane;
-    Vec<Dim> n;
-    bool sticks;
-  };
   /// A tile that several bodies have, in the order of the bodies.
   struct Shared {
     std::vector<std::size_t> bodies;
     std::vector<Tile<Dim, R>*> tiles;
-    std::vector<Collision> collisions;  ///< When the nodes moved.
   };
   /// Velocities of a tile's nodes.
   using Velocities = std::vector<Vec<Dim>>;
 
   std::vector<std::vector<Shared>> find_shared() const;
-  void move(Shared& shared, std::size_t band, Real mass_cutoff, Real dt, Ledger& ledger) const;
-  void keep_together(const Shared& shared, std::size_t band) const;
-  std::vector<Velocities> velocities_of(const Shared& shared, std::size_t band, Change change) const;
-  bool collide(Shared& shared, std::size_t a, std::size_t b, Real mass_cutoff, std::vector<Velocities>& velocities) const;
+  void work(const Shared& shared, std::size_t band, Real mass_cutoff, Real dt, Ledger& ledger) const;
+  bool collide(const Shared& shared, std::size_t a, std::size_t b, Real mass_cutoff, std::vector<Velocities>& velocities) const;
   Vec<Dim> normal(const NodeSurface<Dim>& a, const NodeSurface<Dim>& b) const;
   bool touch(const NodeSurface<Dim>& a, const NodeSurface<Dim>& b, const Vec<Dim>& n) const;
 
   std::vector<Grid<Dim, R>*> grids_;
   std::vector<const Body<Dim>*> bodies_;
   Real friction_;
-  std::vector<std::vector<Shared>> shared_;  ///< Per band of the grid, as of the last motion.
 };
 
 }  // namespace matpoint

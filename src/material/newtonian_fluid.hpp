@@ -58,7 +58,7 @@ struct NewtonianFluid {
   }
 
   /// c^2 = dp/drho = gamma kappa / rho0 J^(1 - gamma).
-  Real wave_speed(Real J) const { return std::sqrt(gamma * pressure_scale / density * std::pow(J, 1 - gamma)); }
+  Real wave_speed(Real J) const { return std::sqrt(kept(J) * gamma * pressure_scale / density * std::pow(J, 1 - gamma)); }
   Real kinematic_viscosity(Real J) const { return viscosity * J / density; }
 
  private:
