@@ -68,7 +68,7 @@ std::vector<std::vector<typename Contact<Dim, R>::Shared>> Contact<Dim, R>::find
   for (std::size_t a = 0; a + 1 < grids_.size(); ++a) {
     for (std::size_t band = 0; band < all.size(); ++band) {
       for (Tile<Dim, R>* tile : grids_[a]->tiles(band)) {
-        Shared shared{{a}, {tile}, {}};
+        Shared shared{{a}, {tile}};
         for (std::size_t b = a + 1; b < grids_.size(); ++b) {
           if (Tile<Dim, R>* const other = grids_[b]->find(tile->first)) {
             shared.bodies.push_back(b);

@@ -229,11 +229,124 @@ void add_spheres(VerifySuite& suite) {
               rows("_fine"));
 }
 
+// Cook's membrane: a tapered panel, clamped at the left, sheared at the right by 100 N; how far its upper right corner rises.
+constexpr const char* k_cook_elements = R"(
+[grid]
+upper = [48, 60]
+cells = [16, 16]
+corners = [[0, 0], [48, 44], [48, 60], [0, 44]]
+[time]
+dt = 0.1
+end = 1
+[solver]
+type = "implicit"
+mode = "static"
+basis = "element"
+[[body]]
+name = "membrane"
+method = "elements"
+region = { type = "polygon", vertices = [[0, 0], [48, 44], [48, 60], [0, 44]] }
+[[boundary]]
+side = "left"
+kind = "fixed"
+[[boundary]]
+side = "right"
+kind = "traction"
+)";
+
+Real cook_by_elements(Real E, Real nu, Real traction) {
+  Simulation sim(
+      case_from_text("cook", k_cook_elements,
+                     {fmt::format("body.membrane.material={{type=\"neo_hookean\",density=1,youngs_modulus={},poissons_ratio={}}}", E, nu),
+                      fmt::format("boundary.2.traction=[0,{}]", traction)}));
+  sim.run();
+  // The corner is the node that is highest at the end.
+  const std::vector<Real> x = sim.solver().node_field(0, "position").values;
+  Real highest = 0;
+  for (std::size_t k = 1; k < x.size(); k += 2) highest = std::max(highest, x[k]);
+  return highest - 60;
+}
+
+/// Total Lagrangian particles, the load spread over the last column of cells, nu = .499, brought to rest by damping.
+Real cook_by_particles(int cell_size, bool has_fbar) {
+  Case problem = case_from_text("cook", R"(
+[grid]
+lower = [0, -8]
+upper = [64, 88]
+[time]
+end = 240
+cfl = 0.5
+[solver]
+stress_order = "usl"
+damping = 0.08
+[[body]]
+name = "membrane"
+formulation = "total"
+region = { type = "polygon", vertices = [[0, 0], [48, 44], [48, 60], [0, 44]] }
+layout = { type = "per_cell", count = 4 }
+material = { type = "neo_hookean", density = 1, youngs_modulus = 240.565, poissons_ratio = 0.499 }
+[[boundary]]
+side = "left"
+kind = "fixed"
+)",
+                                {fmt::format("grid.cell_size={}", cell_size), fmt::format("body.membrane.fbar={}", has_fbar)});
+  std::vector<Real> X;
+  problem.body_force = std::make_shared<BodyForce>();
+  problem.body_force->is_of_particles = true;
+  problem.body_force->at = [&](Real, const std::vector<Real>&, std::vector<Real>& values) {
+    Index loaded = 0;
+    for (std::size_t k = 0; k < X.size(); k += 2) loaded += X[k] > 48 - cell_size ? 1 : 0;
+    const Real mass = static_cast<Real>(loaded) * cell_size * cell_size / 4;
+    for (std::size_t k = 0; k < X.size(); k += 2) {
+      if (X[k] > 48 - cell_size) values[k + 1] = 100 / mass;
+    }
+  };
+  Simulation sim(problem);
+  X = sim.solver().field(0, "position").values;
+  std::size_t corner = 0;
+  const auto away = [&](std::size_t k) { return std::hypot(X[k] - 48, X[k + 1] - 60); };
+  for (std::size_t k = 0; k < X.size(); k += 2) corner = away(k) < away(corner) ? k : corner;
+  sim.run();
+  return sim.solver().field(0, "position").values[corner + 1] - X[corner + 1];
+}
+
+void add_cook(VerifySuite& suite) {
+  const std::string fem = "finite elements of second order, 32 x 32, of this program";
+  add_problem(suite,
+              {"cook",
+               "elements",
+               "",
+               true,
+               true,
+               1e5,
+               {},
+               [] {
+                 return Measured{{"corner_elements_nu0.35", cook_by_elements(200, 0.35, 4)}};
+               }},
+              {within("corner_elements_nu0.35", 6.1469, 0.03, "Mueller (2015), thesis on mixed least squares elements")});
+  add_problem(suite,
+              {"cook",
+               "F-bar",
+               "",
+               true,
+               true,
+               3e7,
+               {},
+               [] {
+                 return Measured{{"corner_fbar_2", cook_by_particles(2, true)},
+                                 {"corner_fbar_4", cook_by_particles(4, true)},
+                                 {"corner_2", cook_by_particles(2, false)}};
+               }},
+              {within("corner_fbar_2", 6.872, 0.05 * 6.872, fem), within("corner_fbar_4", 6.872, 0.1 * 6.872, fem),
+               at_most("corner_2", 0.9 * 6.872, fem + "; it locks")});
+}
+
 }  // namespace
 
 void add_solids(VerifySuite& suite) {
   add_squares(suite);
   add_spheres(suite);
+  add_cook(suite);
 }
 
 }  // namespace matpoint

@@ -272,9 +272,9 @@ std::vector<Comparison> comparisons() {
             if (is_wide && dim == 3 && (transfer == Transfer::pic || transfer == Transfer::tpic)) continue;
             const Law law = transfer == Transfer::pic ? Law::newtonian_fluid : Law::neo_hookean;
             const bool has_solid = law == Law::neo_hookean;
-            all.push_back({dim, order, law, Layout::jittered, 1, 0, k_light, 0.1, dim == 3 ? (is_wide ? 15 : 30) : 120, shape, transfer,
-                           formulation});
-            if (dim == 2 && has_solid && formulation == Formulation::updated) {
+            all.push_back({dim, order, law, Layout::jittered, 1, 0, k_light, 0.1, dim == 3 ? (is_wide ? 10 : 30) : (is_wide ? 60 : 120),
+                           shape, transfer, formulation});
+            if (dim == 2 && has_solid && formulation == Formulation::updated && (!is_wide || transfer == Transfer::apic)) {
               all.push_back({dim, order, law, Layout::crowded, 1, 0, k_light, 0, 100, shape, transfer, formulation});
               all.push_back({dim, order, law, Layout::fast, 1, 0, k_light, 0, 8, shape, transfer, formulation});
             }
