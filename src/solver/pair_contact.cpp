@@ -30,6 +30,20 @@ Real dot(const Vec<Dim>& a, const Vec<Dim>& b) {
   return sum;
 }
 
+template <int Dim>
+Vec<Dim> scaled(Vec<Dim> a, Real factor) {
+  for (Real& x : a) x *= factor;
+  return a;
+}
+
+/// The part of a across the normal.
+template <int Dim>
+Vec<Dim> along(Vec<Dim> a, const Vec<Dim>& normal) {
+  const Real across = dot<Dim>(a, normal);
+  for (std::size_t d = 0; d < Dim; ++d) a[d] -= across * normal[d];
+  return a;
+}
+
 /// A neighbour of the other body.
 struct Near {
   std::uint32_t point;
@@ -326,20 +340,24 @@ struct PairContact<Dim>::Side {
       hold.id = of.ids[rows[i]];
       const auto old = std::lower_bound(held.begin(), held.end(), hold.id, [](const Hold& one, Index id) { return one.id < id; });
       if (old != held.end() && old->id == hold.id) hold.pulled = old->pulled;
-      const Vec<Dim> sliding = velocity_past(other, i);
+      // The spring turns with the surface and keeps its length.
+      const Vec<Dim> normal = scaled<Dim>(own_force[i], 1 / normal_force);
+      const Real before = std::sqrt(squared<Dim>(hold.pulled));
+      hold.pulled = along<Dim>(hold.pulled, normal);
+      const Real turned = std::sqrt(squared<Dim>(hold.pulled));
+      if (turned > 0) hold.pulled = scaled<Dim>(hold.pulled, before / turned);
+      const Vec<Dim> sliding = along<Dim>(velocity_past(other, i), normal);
       for (std::size_t d = 0; d < Dim; ++d) hold.pulled[d] += sliding[d] * dt;
-      // Along the surface as it is now.
-      const Real across = dot<Dim>(hold.pulled, own_force[i]) / (normal_force * normal_force);
-      for (std::size_t d = 0; d < Dim; ++d) hold.pulled[d] -= across * own_force[i][d];
       const Real k = stiffness * w * w * volume[i];
       const Real length = std::sqrt(squared<Dim>(hold.pulled));
       const Real longest = coefficient * normal_force / k;
       if (length > longest) {
-        slip_work[i] = coefficient * normal_force * (length - longest);
-        for (Real& x_d : hold.pulled) x_d *= longest / length;
+        // All that the spring loses: it also gives way where the normal force falls.
+        slip_work[i] = 0.5 * k * (length * length - longest * longest);
+        hold.pulled = scaled<Dim>(hold.pulled, longest / length);
       }
       hold.energy = 0.5 * k * squared<Dim>(hold.pulled);
-      for (std::size_t d = 0; d < Dim; ++d) friction[i][d] = -k * hold.pulled[d];
+      friction[i] = scaled<Dim>(hold.pulled, -k);
     });
   }
 
