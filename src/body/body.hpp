@@ -48,6 +48,9 @@ class Body {
   /// Sum of m b . v [W], and of m b [N].
   virtual Real body_force_power(const std::vector<Real>& values, Vec3& force) const = 0;
 
+  /// Adds forces [N] on particles, Dim numbers per id, to the nodes, after the sweep that has mapped them.
+  virtual void add_forces(const std::vector<Real>& values) = 0;
+
   /// Viscous dissipation of the last sweep that updated the stress [J].
   virtual Real viscous_dissipation() const = 0;
   /// The first inverted or non-finite point of the last sweep that updated the stress; id -1 if there is none.
@@ -64,6 +67,8 @@ class Body {
 
   /// Largest stable step [s] from the present state.
   virtual Real stable_dt() const = 0;
+  /// Of all particles, an upper bound [m/s].
+  virtual Real greatest_speed() const = 0;
   /// Mass of the particles in the grid [kg].
   virtual Real mass() const = 0;
   virtual Real smallest_particle_mass() const = 0;

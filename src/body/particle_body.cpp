@@ -199,17 +199,6 @@ SweepVariant ParticleBody<Dim, R>::variant() const {
 }
 
 template <int Dim, class R>
-template <class F>
-void ParticleBody<Dim, R>::for_each_band(F&& f) {
-  const Index bands = static_cast<Index>(blocks_->bands().size());
-  // Tiles at periodic sides belong to far bands, which then must not be worked at the same time.
-  const Index work = grid_.has_periodic() ? 0 : blocks_->count();
-  for (Index parity = 0; parity < 2; ++parity) {
-    parallel_for((bands + 1 - parity) / 2, work, [&](Index k) { f(static_cast<std::size_t>(2 * k + parity)); });
-  }
-}
-
-template <int Dim, class R>
 void ParticleBody<Dim, R>::sweep(Sweep what, Real dt, Real flip) {
   const Context context = make_context(dt, flip);
   for_each_band([&](std::size_t b) {

@@ -3,6 +3,7 @@
 
 #include "body/body.hpp"
 #include "body/cell_blocks.hpp"
+#include "core/parallel.hpp"
 #include "material/material.hpp"
 
 namespace matpoint {
@@ -25,6 +26,7 @@ class ParticleBody final : public Body<Dim> {
   void sweep(Sweep what, Real dt, Real flip) override;
   void set_body_force(const std::vector<Real>& values) override;
   Real body_force_power(const std::vector<Real>& values, Vec3& force) const override;
+  void add_forces(const std::vector<Real>& values) override;
   Real viscous_dissipation() const override { return viscous_dissipation_; }
   BadPoint bad_point() const override { return bad_point_; }
   void append_escapes(std::size_t body, std::vector<Escape>& escapes) const override;
@@ -32,6 +34,7 @@ class ParticleBody final : public Body<Dim> {
   std::vector<NodeSurface<Dim>> surfaces(const TileNodes<Dim>& nodes) const override;
   void measure_gaps(const TileNodes<Dim>& nodes, int axis, bool is_upper, std::vector<Real>& gaps) const override;
   Real stable_dt() const override;
+  Real greatest_speed() const override;
   Real mass() const override { return mass_; }
   Real smallest_particle_mass() const override { return smallest_volume_ * material_->density(); }
   BodyTotals totals(const Vec3& gravity) const override;
@@ -92,6 +95,8 @@ class ParticleBody final : public Body<Dim> {
   /// direction.
   template <class F>
   void for_each_cell_around(const TileNodes<Dim>& nodes, F&& f) const;
+  template <class Shape>
+  void add_forces_with(const std::vector<Real>& values);
   template <class Shape>
   void add_surfaces(const TileNodes<Dim>& nodes, std::vector<NodeSurface<Dim>>& sums, std::vector<Real>& masses) const;
   void keep_outside(const MovingParticles<Dim, R>& leaving, std::size_t i);
@@ -167,6 +172,17 @@ void ParticleBody<Dim, R>::for_each_particle(F&& f) const {
     });
   }
   for (const Outside& outside : outside_) f(particle_of(outside));
+}
+
+template <int Dim, class R>
+template <class F>
+void ParticleBody<Dim, R>::for_each_band(F&& f) {
+  const Index bands = static_cast<Index>(blocks_->bands().size());
+  // Tiles at periodic sides belong to far bands, which then must not be worked at the same time.
+  const Index work = grid_.has_periodic() ? 0 : blocks_->count();
+  for (Index parity = 0; parity < 2; ++parity) {
+    parallel_for((bands + 1 - parity) / 2, work, [&](Index k) { f(static_cast<std::size_t>(2 * k + parity)); });
+  }
 }
 
 }  // namespace matpoint

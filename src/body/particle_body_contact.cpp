@@ -1,4 +1,7 @@
-// Where a body of particles ends, for contact: sums over the particles around some nodes.
+// What contact asks of a body of particles: where it ends, in sums over the particles around some nodes; and forces on some particles.
+#include <algorithm>
+#include <cmath>
+
 #include "body/particle_body.hpp"
 #include "kernel/shape.hpp"
 
@@ -87,6 +90,68 @@ std::vector<NodeSurface<Dim>> ParticleBody<Dim, R>::surfaces(const TileNodes<Dim
   return sums;
 }
 
+template <int Dim, class R>
+template <class Shape>
+void ParticleBody<Dim, R>::add_forces_with(const std::vector<Real>& values) {
+  constexpr int n = Shape::k_nodes;
+  constexpr int L = k_lanes<R>;
+  const SlotLayout<Dim>& at = blocks_->layout();
+  const auto add = [&](const Block<Dim, R>& block, int lane, const R* fields, const Real* force) {
+    R w[Dim][n], dw[Dim][n];
+    for (int d = 0; d < Dim; ++d) {
+      const int cell = block.first[static_cast<std::size_t>(d)] + (d == 0 ? lane : 0);
+      const Shape shape = shape_at<Shape>(cell, d);
+      shape.weights(fields[(at.x + d) * L], w[d], dw[d]);
+    }
+    for (int row = 0; row < grid_.row_count(); ++row) {
+      for (int i = 0; i < n; ++i) {
+        R N = w[0][i] * w[1][row % n];
+        if constexpr (Dim == 3) N *= w[2][row / n];
+        NodeValues<Dim, R>& nodes = block.tiles[row][(lane + i) / L]->values;
+        for (int d = 0; d < Dim; ++d) nodes.force[d][(lane + i) % L] += N * static_cast<R>(force[d]);
+      }
+    }
+  };
+  for_each_band([&](std::size_t b) {
+    blocks_->list_blocks(blocks_->bands()[b]);
+    for (const Block<Dim, R>* block : blocks_->bands()[b].blocks) {
+      for (int k = 0; k < block->slot_count; ++k) {
+        const R* const slot = block->slot(k, at.field_count);
+        for (int lane = 0; lane < L; ++lane) {
+          if (k >= block->count(lane)) continue;
+          const Real* const force = &values[static_cast<std::size_t>(id_from_bits(slot[at.id * L + lane])) * Dim];
+          if (std::any_of(force, force + Dim, [](Real f) { return f != 0; })) add(*block, lane, slot + lane, force);
+        }
+      }
+    }
+  });
+}
+
+template <int Dim, class R>
+void ParticleBody<Dim, R>::add_forces(const std::vector<Real>& values) {
+  switch (scheme_.shape) {
+    case ShapeKind::linear: return add_forces_with<ShapeLinear<R>>(values);
+    case ShapeKind::bspline2: return add_forces_with<ShapeBSpline2<R>>(values);
+    case ShapeKind::bspline3: return add_forces_with<ShapeBSpline3<R>>(values);
+    case ShapeKind::gimp: return add_forces_with<ShapeGimp<R>>(values);
+  }
+}
+
+template <int Dim, class R>
+Real ParticleBody<Dim, R>::greatest_speed() const {
+  Real sum = 0;
+  for (const Real speed : speed_max_) sum += speed * speed;
+  return std::sqrt(sum);
+}
+
+template void ParticleBody<2, double>::add_forces(const std::vector<Real>&);
+template void ParticleBody<3, double>::add_forces(const std::vector<Real>&);
+template void ParticleBody<2, float>::add_forces(const std::vector<Real>&);
+template void ParticleBody<3, float>::add_forces(const std::vector<Real>&);
+template Real ParticleBody<2, double>::greatest_speed() const;
+template Real ParticleBody<3, double>::greatest_speed() const;
+template Real ParticleBody<2, float>::greatest_speed() const;
+template Real ParticleBody<3, float>::greatest_speed() const;
 template std::vector<NodeSurface<2>> ParticleBody<2, double>::surfaces(const TileNodes<2>&) const;
 template void ParticleBody<2, double>::measure_gaps(const TileNodes<2>&, int, bool, std::vector<Real>&) const;
 template std::vector<NodeSurface<3>> ParticleBody<3, double>::surfaces(const TileNodes<3>&) const;

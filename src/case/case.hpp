@@ -18,8 +18,8 @@ namespace matpoint {
 enum class StressOrder { usl, usf, musl };
 /// How velocities go from the grid to the particles and back.
 enum class Transfer { flip, pic, apic, tpic, fmpm };
-/// How bodies meet: in one velocity field, or each with its own and impulses between them.
-enum class ContactMethod { single_field, multi_field };
+/// How bodies meet: in one velocity field, or each with its own, and impulses at the nodes or forces between pairs of particles.
+enum class ContactMethod { single_field, multi_field, pairs };
 /// Where shape functions are taken: at the particles' places now, or in the reference configuration.
 enum class Formulation { updated, total };
 enum class OutsidePolicy { error, remove, stop };
@@ -101,7 +101,8 @@ struct SolverSpec {
   ShapeKind shape = ShapeKind::linear;
   Transfer transfer = Transfer::flip;
   ContactMethod contact = ContactMethod::single_field;
-  Real friction = 0;  ///< Between bodies with velocity fields of their own [1].
+  Real friction = 0;           ///< Between bodies with velocity fields of their own [1].
+  Real contact_stiffness = 1;  ///< Of contact = "pairs": over the modulus of the softer body [1].
   Real flip = 1;
   int fmpm_order = 2;  ///< Of transfer = "fmpm": terms of the series for the inverse of the mass matrix.
   Real damping = 0;

@@ -16,7 +16,10 @@ void check_solver(SolverSpec& solver, const Input& input, const ReadContext& con
   if (solver.transfer != Transfer::fmpm && is_given(input, "fmpm_order"))
     fail_input(at_key(input, "fmpm_order"), context, "fmpm_order is for transfer = \"fmpm\" only");
   if (solver.contact == ContactMethod::single_field && is_given(input, "friction"))
-    fail_input(at_key(input, "friction"), context, "friction is for contact = \"multi_field\": in one velocity field bodies stick");
+    fail_input(at_key(input, "friction"), context,
+               "friction is for contact = \"multi_field\" or \"pairs\": in one velocity field bodies stick");
+  if (solver.contact != ContactMethod::pairs && is_given(input, "contact_stiffness"))
+    fail_input(at_key(input, "contact_stiffness"), context, "contact_stiffness is for contact = \"pairs\" only");
   if (solver.mass_cutoff && is_given(input, "mass_cutoff_relative")) {
     fail_input(at_key(input, "mass_cutoff_relative"), context, "mass_cutoff and mass_cutoff_relative are both given; give one of them");
   }
@@ -79,27 +82,33 @@ void check_shape(const Case& problem, const Input& input) {
           "grid = true is for solver.shape = \"linear\" only: the nodes of wider shapes are no corners of cells with values of a field");
     }
   }
-  if (problem.solver.contact == ContactMethod::multi_field) {
-    const Input& solver = section_of(input, "solver");
+}
+
+/// What bodies that meet by themselves cannot do.
+void check_contact(const Case& problem, const Input& input) {
+  const ContactMethod method = problem.solver.contact;
+  if (method != ContactMethod::single_field) {
+    const Input& at = at_key(section_of(input, "solver"), "contact");
+    const char* const name = method == ContactMethod::pairs ? "pairs" : "multi_field";
     if (problem.bodies.size() < 2)
-      fail_case(at_key(solver, "contact"), "solver", "contact = \"multi_field\" is for two or more bodies, and the case has one");
-    if (problem.solver.shape != ShapeKind::linear) {
-      fail_case(at_key(solver, "contact"), "solver",
-                "contact = \"multi_field\" is for shape = \"linear\" only: with wider shapes bodies that slide are held by their edges");
+      fail_case(at, "solver", fmt::format("contact = \"{}\" is for two or more bodies, and the case has one", name));
+    if (method == ContactMethod::multi_field && problem.solver.shape != ShapeKind::linear) {
+      fail_case(at, "solver",
+                "contact = \"multi_field\" is for shape = \"linear\" only: with wider shapes bodies that slide are held by their edges; "
+                "contact = \"pairs\" is for all shapes");
     }
-    if (!problem.grid.periodic.empty())
-      fail_case(at_key(solver, "contact"), "solver", "contact = \"multi_field\" cannot be used with periodic sides");
-    if (problem.solver.transfer == Transfer::fmpm) {
-      fail_case(at_key(solver, "contact"), "solver",
+    if (!problem.grid.periodic.empty()) fail_case(at, "solver", fmt::format("contact = \"{}\" cannot be used with periodic sides", name));
+    if (method == ContactMethod::multi_field && problem.solver.transfer == Transfer::fmpm) {
+      fail_case(at, "solver",
                 "contact = \"multi_field\" cannot be used with transfer = \"fmpm\", which spreads a node's velocity to its neighbours; use "
                 "\"flip\", \"pic\", \"apic\" or \"tpic\"");
     }
   }
   for (const BodySpec& body : problem.bodies) {
-    if (body.formulation == Formulation::updated || problem.bodies.size() == 1) continue;
-    fail_case(
-        Input::table().with_place(body.place), fmt::format("body {}", body.name),
-        "formulation = \"total\" is for cases with one body: in its reference configuration it does not meet others; use \"updated\"");
+    if (body.formulation == Formulation::updated || problem.bodies.size() == 1 || method == ContactMethod::pairs) continue;
+    fail_case(Input::table().with_place(body.place), fmt::format("body {}", body.name),
+              "formulation = \"total\" is for cases with one body, or for contact = \"pairs\": on the grid, in its reference "
+              "configuration, it does not meet others");
   }
 }
 
@@ -109,6 +118,7 @@ void check_for_explicit(const Case& problem, const Input& input) {
     if (is_given(grid, key)) fail_case(at_key(grid, key), "grid", fmt::format("{} is for solver.type = \"implicit\" only", key));
   }
   check_shape(problem, input);
+  check_contact(problem, input);
   const Input& time = section_of(input, "time");
   if (problem.time.rule) fail_case(at_key(time, "rule"), "time", "rule is for solver.type = \"implicit\" only; automatic steps follow cfl");
   for (const BodySpec& body : problem.bodies) {
@@ -372,17 +382,30 @@ void SolverSpec::declare(ParameterTable<SolverSpec>& table) {
         if (solver.transfer != Transfer::fmpm) return std::nullopt;
         return Input::integer(solver.fmpm_order);
       });
-  table.choice("contact", &SolverSpec::contact,
-               {{"single_field", ContactMethod::single_field}, {"multi_field", ContactMethod::multi_field}},
-               "How bodies meet: in one velocity field, where they stick, or each in its own, where they touch, slide and part.");
+  table.choice(
+      "contact", &SolverSpec::contact,
+      {{"single_field", ContactMethod::single_field}, {"multi_field", ContactMethod::multi_field}, {"pairs", ContactMethod::pairs}},
+      "How bodies meet: in one velocity field, where they stick; or each in its own, where they touch, slide and part, by impulses at "
+      "the nodes (multi_field) or by forces between pairs of particles (pairs).");
   table.custom(
-      {"friction", "1", "number", "0", ">= 0", "Coulomb's coefficient between the bodies of contact = \"multi_field\".", false},
+      {"friction", "1", "number", "0", ">= 0", "Coulomb's coefficient between the bodies of contact = \"multi_field\" or \"pairs\".",
+       false},
       [](SolverSpec& solver, const Input& input, const ReadContext& context) {
         read_value(input, context, "friction", non_negative(), solver.friction);
       },
       [](const SolverSpec& solver, int) -> std::optional<Input> {
         if (solver.contact == ContactMethod::single_field) return std::nullopt;
         return Input::real(solver.friction);
+      });
+  table.custom(
+      {"contact_stiffness", "1", "number", "1", "> 0",
+       "Of contact = \"pairs\": how stiff surfaces are, over the modulus rho c^2 of the softer body.", false},
+      [](SolverSpec& solver, const Input& input, const ReadContext& context) {
+        read_value(input, context, "contact_stiffness", positive(), solver.contact_stiffness);
+      },
+      [](const SolverSpec& solver, int) -> std::optional<Input> {
+        if (solver.contact != ContactMethod::pairs) return std::nullopt;
+        return Input::real(solver.contact_stiffness);
       });
   table.optional("damping", "1/s", &SolverSpec::damping, non_negative(), "alpha of the nodal damping force alpha m v.");
   table.custom(

@@ -36,6 +36,7 @@ class Simulation::Schedule {
 Simulation::Simulation(Case problem) : case_(std::move(problem)), solver_(make_solver(case_)) {
   // Also when nothing is to be written: `matpoint check` shall find what `matpoint run` would refuse.
   check_outputs(case_, *solver_);
+  initial_energy_ = solver_->ledger().contact_energy;
   for (std::size_t b = 0; b < solver_->body_count(); ++b) {
     const BodyTotals totals = solver_->totals(b);
     initial_energy_ += totals.kinetic_energy + totals.strain_energy + totals.gravitational_energy;
@@ -49,9 +50,10 @@ void Simulation::set_field(std::size_t body, const std::string& name, const std:
   if (!broken_.empty()) throw SolverError("the simulation broke off in {}; its state is of no use any more, build it again", broken_);
   const auto energy = [](const BodyTotals& totals) { return totals.kinetic_energy + totals.strain_energy + totals.gravitational_energy; };
   const BodyTotals before = solver_->totals(body);
+  initial_energy_ -= solver_->ledger().contact_energy;
   solver_->set_field(body, name, values);
   const BodyTotals after = solver_->totals(body);
-  initial_energy_ += energy(after) - energy(before);
+  initial_energy_ += energy(after) - energy(before) + solver_->ledger().contact_energy;
   for (std::size_t d = 0; d < 3; ++d) initial_momentum_[d] += after.momentum[d] - before.momentum[d];
 }
 

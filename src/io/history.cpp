@@ -62,6 +62,7 @@ std::vector<Column<SystemTotals>> balance_columns(int dim) {
   columns.scalar("damping_dissipation", "J", [](const SystemTotals& t) { return t.ledger.damping_dissipation; });
   columns.scalar("viscous_dissipation", "J", [](const SystemTotals& t) { return t.ledger.viscous_dissipation; });
   columns.scalar("contact_dissipation", "J", [](const SystemTotals& t) { return t.ledger.contact_dissipation; });
+  columns.scalar("contact_energy", "J", [](const SystemTotals& t) { return t.ledger.contact_energy; });
   columns.scalar("boundary_work", "J", [](const SystemTotals& t) { return t.ledger.boundary_work; });
   columns.scalar("body_force_work", "J", [](const SystemTotals& t) { return t.ledger.body_force_work; });
   columns.scalar("transfer_loss", "J", [](const SystemTotals& t) { return t.transfer_loss; });

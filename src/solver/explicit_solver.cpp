@@ -15,7 +15,7 @@ namespace {
 template <int Dim, class R>
 std::vector<std::unique_ptr<Grid<Dim, R>>> make_grids(const Case& problem) {
   std::vector<std::unique_ptr<Grid<Dim, R>>> grids;
-  const std::size_t count = problem.solver.contact == ContactMethod::multi_field ? problem.bodies.size() : 1;
+  const std::size_t count = problem.solver.contact != ContactMethod::single_field ? problem.bodies.size() : 1;
   for (std::size_t g = 0; g < count; ++g) grids.push_back(std::make_unique<Grid<Dim, R>>(problem.grid, problem.solver.shape));
   return grids;
 }
@@ -52,11 +52,14 @@ ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
   dynamics_.flip = problem.solver.transfer == Transfer::flip ? problem.solver.flip : 0;
   dynamics_.mass_cutoff = problem.solver.mass_cutoff.value_or(problem.solver.mass_cutoff_relative * smallest_mass);
   check_cutoff(problem.solver, smallest_mass);
-  if (grids_.size() > 1) {
+  std::vector<const Body<Dim>*> bodies;
+  for (const auto& body : bodies_) bodies.push_back(body.get());
+  if (problem.solver.contact == ContactMethod::pairs) {
+    pairs_ = std::make_unique<PairContact<Dim>>(problem, std::move(bodies));
+    update_pairs(0);
+  } else if (problem.solver.contact == ContactMethod::multi_field) {
     std::vector<Grid<Dim, R>*> grids;
-    std::vector<const Body<Dim>*> bodies;
     for (const auto& grid : grids_) grids.push_back(grid.get());
-    for (const auto& body : bodies_) bodies.push_back(body.get());
     contact_ = std::make_unique<Contact<Dim, R>>(std::move(grids), std::move(bodies), problem.solver.friction);
   }
   if (body_force_ && !has_particle_force) {
@@ -67,6 +70,26 @@ ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
     }
     for (auto& grid : grids_) grid->set_body_force(&body_force_values_);
     update_body_force(0);
+  }
+}
+
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::update_pairs(Real dt) {
+  if (!pairs_) return;
+  Stage stage(profile_, "contact");
+  pairs_->update(dt);
+  ledger_.contact_dissipation += pairs_->dissipated();
+  ledger_.contact_energy = pairs_->energy();
+}
+
+// To what the sweep has mapped, and not as a body force of the particles, which the fused sweeps would take to the nodes from one step
+// before: a lag makes the energy of stiff contact grow.
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::add_pair_forces() {
+  if (!pairs_) return;
+  Stage stage(profile_, "contact");
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (!pairs_->forces(b).empty()) bodies_[b]->add_forces(pairs_->forces(b));
   }
 }
 
@@ -117,6 +140,9 @@ template <int Dim, class R>
 void ExplicitSolver<Dim, R>::set_field(std::size_t body, const std::string& name, const std::vector<Real>& values) {
   bodies_[body]->set_field(name, values);
   is_mapped_ = false;  // the grid holds what the particles were
+  if (!pairs_) return;
+  pairs_->forget_places();
+  update_pairs(0);
 }
 
 template <int Dim, class R>
@@ -157,6 +183,7 @@ void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
   if (stress_order_ == StressOrder::usf) {
     start_pass(Pass::velocity_keep, t, dt);
     sweep("stress, p2g", Sweep::usf_stress, dt);
+    add_pair_forces();
     start_pass(Pass::advance, t + dt, dt);
     refine(t + dt, dt);
     sweep("g2p, p2g", Sweep::usf_velocity, dt);
@@ -171,6 +198,8 @@ void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
     refine(t + dt, dt);
     sweep("g2p, stress, p2g", Sweep::usl, dt);
   }
+  update_pairs(dt);
+  if (stress_order_ != StressOrder::usf) add_pair_forces();
   book_particle_forces(particle_forces, dt);
   {
     Stage stage(profile_, "check");
@@ -206,6 +235,7 @@ void ExplicitSolver<Dim, R>::start() {
   update_particle_forces(time_);
   start_pass(Grid<Dim, R>::NodePass::velocity_keep, time_, 0);
   sweep("start", stress_order_ == StressOrder::usf ? Sweep::start_momentum : Sweep::start, 0);
+  if (stress_order_ != StressOrder::usf) add_pair_forces();
   is_mapped_ = true;
 }
 
@@ -285,6 +315,7 @@ Real ExplicitSolver<Dim, R>::stable_dt() const {
   for (const auto& body : bodies_) dt = std::min(dt, body->stable_dt());
   const Real wall_speed = boundary_conditions_.greatest_speed(time_);
   for (int d = 0; d < Dim && wall_speed > 0; ++d) dt = std::min(dt, grids_[0]->cell_size(d) / wall_speed);
+  if (pairs_) dt = std::min(dt, pairs_->stable_dt());
   return dt;
 }
 
@@ -293,6 +324,13 @@ void ExplicitSolver<Dim, R>::remove_escaped() {
   for (auto& body : bodies_) body->remove_escaped(gravity_, ledger_);
   escapes_.clear();
   update_particle_forces(time_);
+  if (!pairs_) return;
+  // What is left must be mapped again, without the forces of those that were removed.
+  is_mapped_ = false;
+  pairs_->forget_places();
+  const Real before = ledger_.contact_energy;
+  update_pairs(0);
+  ledger_.removed_energy += before - ledger_.contact_energy;
 }
 
 template <int Dim, class R>

@@ -5,6 +5,7 @@
 #include "grid/boundary_condition.hpp"
 #include "grid/contact.hpp"
 #include "grid/grid.hpp"
+#include "solver/pair_contact.hpp"
 #include "solver/solver.hpp"
 
 namespace matpoint {
@@ -44,6 +45,10 @@ class ExplicitSolver final : public Solver {
   void update_particle_forces(Real t);
   /// Half of the impulse and work of the body force of particles in a step.
   void book_particle_forces(const std::vector<std::vector<Real>>& forces, Real dt);
+  /// Evaluates the forces between pairs of particles, dt [s] after the last time, and books them.
+  void update_pairs(Real dt);
+  /// Adds them to what is mapped.
+  void add_pair_forces();
   void update_gravity(Real t);
   void measure_gaps();
   /// FMPM: further terms of the nodes' velocity, after they have advanced.
@@ -70,7 +75,8 @@ class ExplicitSolver final : public Solver {
   GridGeometry geometry_;
   BoundaryConditions<Dim, R> boundary_conditions_;
   std::vector<std::unique_ptr<Body<Dim>>> bodies_;  // after the grids that they point to
-  std::unique_ptr<Contact<Dim, R>> contact_;        ///< Null with one grid.
+  std::unique_ptr<Contact<Dim, R>> contact_;        ///< Of contact = "multi_field" only.
+  std::unique_ptr<PairContact<Dim>> pairs_;         ///< Of contact = "pairs" only.
   /// Whether the grid holds the particles' mass and momentum (and force): a cache between steps, the sweep that moves the particles
   /// has mapped them, too.
   bool is_mapped_ = false;

@@ -31,7 +31,8 @@ struct BodyTotals {
 struct Ledger {
   Real damping_dissipation = 0;  ///< [J]
   Real viscous_dissipation = 0;  ///< [J]
-  Real contact_dissipation = 0;  ///< Taken by the impulses of contact between bodies, friction included [J].
+  Real contact_dissipation = 0;  ///< Taken by the impulses of contact between bodies, and by friction [J].
+  Real contact_energy = 0;       ///< Stored now in the forces between pairs of particles [J].
   Real boundary_work = 0;        ///< Work done by moving boundaries on the particles [J].
   Vec3 boundary_impulse{};       ///< [N s]
   Vec3 damping_impulse{};        ///< [N s]
@@ -48,10 +49,10 @@ struct Ledger {
   Real integrator_loss = 0;      ///< Taken from the kinetic energy by Newmark's formulas [J]; 0 for beta = 1/4, gamma = 1/2.
   Real reset_loss = 0;           ///< Taken by resets of the background: forces that balanced on the old one do not on the new one [J].
 
-  /// What the bodies have lost of their energy by all of this [J].
+  /// What the bodies have lost of their energy by all of this, or keep between them [J].
   Real energy_spent() const {
-    return damping_dissipation + viscous_dissipation + contact_dissipation - boundary_work - body_force_work + removed_energy +
-           soft_dissipation - receding_work + integrator_loss + reset_loss;
+    return damping_dissipation + viscous_dissipation + contact_dissipation + contact_energy - boundary_work - body_force_work +
+           removed_energy + soft_dissipation - receding_work + integrator_loss + reset_loss;
   }
 };
 

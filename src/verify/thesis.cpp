@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "verify/acceptance.hpp"
+#include "verify/contact.hpp"
 #include "verify/measure.hpp"
 #include "verify/verify.hpp"
 
@@ -122,26 +123,6 @@ Measured disks_usl() {
   m["restitution_p"] = -p1_before / p1_start;
   m["total_momentum_abs"] = total_momentum;
   m["TE_end_over_TE0"] = energy(sim) / sim.initial_energy();
-  return m;
-}
-
-/// With a velocity field for each disk: when they begin to slow, and what becomes of the energy.
-Measured disks_contact(int divisions) {
-  const std::string layout = fmt::format(".layout.divisions=[{0},{0}]", divisions);
-  Simulation sim = make("disks", {"solver.stress_order=musl", "solver.contact=multi_field", "body.lower" + layout, "body.upper" + layout});
-  const std::string tail = fmt::format("_contact_{}", sim.solver().particle_count(0));
-  const Real start = kinetic_energy(sim);
-  Measured m;
-  m["E_max_over_E0" + tail] = 1;
-  m["momentum" + tail] = 0;
-  every(sim, 10, [&](const Simulation& s) {
-    const Real kinetic = kinetic_energy(s);
-    if (kinetic < start * (1 - 1e-4) && m.count("t_contact" + tail) == 0) m["t_contact" + tail] = s.time();
-    m["E_max_over_E0" + tail] = std::max(m["E_max_over_E0" + tail], energy(s) / start);
-    for (const Real p : momentum(s)) m["momentum" + tail] = std::max(m["momentum" + tail], std::abs(p));
-  });
-  sim.run();
-  m["E_end_over_E0" + tail] = energy(sim) / start;
   return m;
 }
 
@@ -400,12 +381,6 @@ void add_solid_jobs(JobList& jobs) {
             "total_momentum_abs", "TE_end_over_TE0"},
            [] { return disks_usl(); });
   jobs.add("disks, 316 points, MUSL", Presets::both, 3e7, {"TE_end_over_TE0_musl"}, [] { return disks_musl(); });
-  for (const auto& [divisions, points] : {std::pair<int, int>(10, 316), {31, 3016}}) {
-    const std::string tail = fmt::format("_contact_{}", points);
-    jobs.add(fmt::format("disks, {} points, contact", points), points < 1000 ? Presets::both : Presets::full, 1e5 * points,
-             {"t_contact" + tail, "E_max_over_E0" + tail, "E_end_over_E0" + tail, "momentum" + tail},
-             [divisions = divisions] { return disks_contact(divisions); });
-  }
 }
 
 void add_fluid_jobs(JobList& jobs) {
@@ -454,6 +429,7 @@ VerifySuite thesis_suite() {
   JobList jobs(suite.jobs);
   add_solid_jobs(jobs);
   add_fluid_jobs(jobs);
+  add_contact_jobs(suite.jobs);
   return suite;
 }
 

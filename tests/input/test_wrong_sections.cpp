@@ -184,7 +184,25 @@ INSTANTIATE_TEST_SUITE_P(
                    "flip = 1",
                    "transfer = \"apic\"\n@flip = 1",
                    {"solver: flip is the share of FLIP in transfer = \"flip\"; leave it out with the others"}},
-        WrongInput{"friction_in_one_field", "flip = 1", "friction = 0.1", {"solver: friction is for contact = \"multi_field\""}},
+        WrongInput{
+            "friction_in_one_field", "flip = 1", "friction = 0.1", {"solver: friction is for contact = \"multi_field\" or \"pairs\""}},
+        WrongInput{"contact_stiffness_without_pairs",
+                   "flip = 1",
+                   "contact_stiffness = 2",
+                   {"solver: contact_stiffness is for contact = \"pairs\" only"}},
+        WrongInput{"contact_stiffness_zero",
+                   "flip = 1",
+                   "contact = \"pairs\"\n@contact_stiffness = 0",
+                   {"solver: contact_stiffness = 0 is not allowed, it must be > 0"}},
+        WrongInput{
+            "contact",
+            "flip = 1",
+            "contact = \"pair\"",
+            {"solver: contact = \"pair\" is unknown, allowed: \"single_field\", \"multi_field\" or \"pairs\"", "did you mean \"pairs\"?"}},
+        WrongInput{"pairs_of_one_body",
+                   "flip = 1",
+                   "contact = \"pairs\"",
+                   {"solver: contact = \"pairs\" is for two or more bodies, and the case has one"}},
         WrongInput{"friction_negative",
                    "flip = 1",
                    "contact = \"multi_field\"\n@friction = -0.1",
@@ -281,10 +299,21 @@ material = { type = "neo_hookean", density = 1000, youngs_modulus = 1e5, poisson
             {"solver.contact=multi_field", "solver.transfer=fmpm"},
             "solver: contact = \"multi_field\" cannot be used with transfer = \"fmpm\""},
            {k_case, {"solver.shape=gimp", "grid.periodic=[\"x\"]"}, "grid: periodic sides are for solver.shape = \"linear\" only"},
-           {k_case + second, {"body.other.formulation=total"}, "body other: formulation = \"total\" is for cases with one body"}}) {
+           {k_case + second,
+            {"solver.contact=pairs", "grid.periodic=[\"x\"]"},
+            "solver: contact = \"pairs\" cannot be used with periodic sides"},
+           {k_case + second,
+            {"body.other.formulation=total"},
+            "body other: formulation = \"total\" is for cases with one body, or for contact = \"pairs\""},
+           {k_case + second,
+            {"body.other.formulation=total", "solver.contact=multi_field"},
+            "body other: formulation = \"total\" is for cases with one body, or for contact = \"pairs\""}}) {
     EXPECT_THAT(refusal(refused.text, refused.sets), testing::HasSubstr(refused.message));
   }
   EXPECT_EQ(refusal(k_case + second, {"solver.contact=multi_field", "solver.friction=0.3"}), "no exception");
+  EXPECT_EQ(refusal(k_case + second, {"solver.contact=pairs", "solver.contact_stiffness=3", "solver.friction=0.3", "solver.shape=bspline2",
+                                      "body.other.formulation=total"}),
+            "no exception");
 }
 
 TEST(Quality, chooses_what_is_not_given) {
