@@ -265,9 +265,8 @@ Measured gravity_current_musl() {
 }
 
 // --- 8.7 float -------------------------------------------------------------------------------------------------------
-Measured floating(Sets sets, const std::string& suffix) {
-  Simulation sim = make("float", sets);
-  // Two bottom particles straddle x = 0.2; the left one is followed.
+/// Two bottom particles of the block straddle x = 0.2; the left one is followed.
+std::size_t keel_of(const Simulation& sim) {
   const std::vector<Real> x = component(sim, 1, "position", 0);
   const std::vector<Real> y = component(sim, 1, "position", 1);
   const Real bottom = *std::min_element(y.begin(), y.end());
@@ -279,6 +278,12 @@ Measured floating(Sets sets, const std::string& suffix) {
       followed = p;
     }
   }
+  return followed;
+}
+
+Measured floating(Sets sets, const std::string& suffix) {
+  Simulation sim = make("float", sets);
+  const std::size_t followed = keel_of(sim);
   Real KE_max = 0;
   Real lowest = 1;
   Real t_lowest = 0;
@@ -305,17 +310,18 @@ Measured floating(Sets sets, const std::string& suffix) {
 Measured floating_with_contact() {
   Simulation sim = make("float", {"solver.stress_order=musl", "time.dt=1e-5", "time.end=2.5", "solver.contact=multi_field"});
   const Real start = energy(sim);
+  const std::size_t keel = keel_of(sim);
   Real sum = 0;
   Real greatest = start;
   int count = 0;
   every(sim, steps_in(sim, 1e-2), [&](const Simulation& s) {
     greatest = std::max(greatest, energy(s));
     if (s.time() < 2) return;
-    sum += s.solver().totals(1).lower[1];
+    sum += component(s, 1, "position", 1)[keel];
     ++count;
   });
   sim.run();
-  return {{"lowest_y_contact", sum / count}, {"energy_gain_contact", greatest - start}};
+  return {{"keel_y_contact", sum / count}, {"energy_gain_contact", greatest - start}};
 }
 
 using Names = std::vector<std::string>;
@@ -414,7 +420,7 @@ void add_fluid_jobs(JobList& jobs) {
   jobs.start("8.7", "float");
   const Names floating_names = {"first_min_y", "t_first_min", "first_max_y", "y_t2", "energy_remainder_over_max_KE"};
   jobs.add("floating block to t = 2, USL", Presets::full, 1.3e10, floating_names, [] { return floating({}, ""); });
-  jobs.add("floating block, contact", Presets::full, 3e9, {"lowest_y_contact", "energy_gain_contact"},
+  jobs.add("floating block, contact", Presets::full, 3e9, {"keel_y_contact", "energy_gain_contact"},
            [] { return floating_with_contact(); });
   jobs.add("floating block to t = 2, MUSL at 10 x the time step", Presets::both, 2.6e9, with_suffix(floating_names, "_musl"), [] {
     return floating({"solver.stress_order=musl", "time.dt=1e-5"}, "_musl");
