@@ -31,6 +31,21 @@ struct NodeSurface {
   Vec<Dim> centroid{};  ///< Mean of x_p, weighted by N_i m_p [m].
 };
 
+/// A box with its sides along the axes [m].
+template <int Dim>
+struct Extent {
+  Vec<Dim> lower{};
+  Vec<Dim> upper{};
+};
+
+/// Where a particle is and how it moves.
+template <int Dim>
+struct MovingPoint {
+  Index id = 0;
+  Vec<Dim> x{};  ///< [m]
+  Vec<Dim> v{};  ///< [m/s]
+};
+
 template <int Dim>
 class Body {
  public:
@@ -48,8 +63,14 @@ class Body {
   /// Sum of m b . v [W], and of m b [N].
   virtual Real body_force_power(const std::vector<Real>& values, Vec3& force) const = 0;
 
-  /// Adds forces [N] on particles, Dim numbers per id, to the nodes, after the sweep that has mapped them.
-  virtual void add_forces(const std::vector<Real>& values) = 0;
+  /// Adds forces [N] on some particles, Dim numbers per id, to the nodes, after the sweep that has mapped them. `ids`: those with a force,
+  /// each once; `box` has them in it.
+  virtual void add_forces(const std::vector<Real>& values, const std::vector<Index>& ids, const Extent<Dim>& box) = 0;
+  /// A box with all particles in it; of updated bodies it may be wider by a cell.
+  virtual Extent<Dim> extent() const = 0;
+  /// Those in a box, in an order that is the same for any number of threads. `candidates`: the ids to look at,
+  /// ascending; null: all.
+  virtual std::vector<MovingPoint<Dim>> particles_in(const Extent<Dim>& box, const std::vector<Index>* candidates) const = 0;
 
   /// Viscous dissipation of the last sweep that updated the stress [J].
   virtual Real viscous_dissipation() const = 0;

@@ -26,7 +26,9 @@ class ParticleBody final : public Body<Dim> {
   void sweep(Sweep what, Real dt, Real flip) override;
   void set_body_force(const std::vector<Real>& values) override;
   Real body_force_power(const std::vector<Real>& values, Vec3& force) const override;
-  void add_forces(const std::vector<Real>& values) override;
+  void add_forces(const std::vector<Real>& values, const std::vector<Index>& ids, const Extent<Dim>& box) override;
+  Extent<Dim> extent() const override;
+  std::vector<MovingPoint<Dim>> particles_in(const Extent<Dim>& box, const std::vector<Index>* candidates) const override;
   Real viscous_dissipation() const override { return viscous_dissipation_; }
   BadPoint bad_point() const override { return bad_point_; }
   void append_escapes(std::size_t body, std::vector<Escape>& escapes) const override;
@@ -68,6 +70,13 @@ class ParticleBody final : public Body<Dim> {
     Index moved = 0;  ///< Particles that left their cells.
   };
 
+  /// Where a total Lagrangian particle lies in memory, for good.
+  struct Seat {
+    const Block<Dim, R>* block = nullptr;
+    int slot = 0;
+    int lane = 0;
+  };
+
   void seed(const BodySpec& spec, const std::string& where, Grid<Dim, R>& grid);
   Context make_context(Real dt, Real flip) const;
   void sweep_band(Sweep what, std::size_t band_index, BandReport& report);
@@ -96,7 +105,14 @@ class ParticleBody final : public Body<Dim> {
   template <class F>
   void for_each_cell_around(const TileNodes<Dim>& nodes, F&& f) const;
   template <class Shape>
-  void add_forces_with(const std::vector<Real>& values);
+  void add_forces_with(const std::vector<Real>& values, const std::vector<Index>& ids, const Extent<Dim>& box);
+  template <class Shape>
+  void add_force_with(const Block<Dim, R>& block, int lane, const R* fields, const Real* force);
+  /// Of a total Lagrangian body.
+  const std::vector<Seat>& seats() const;
+  /// Calls f(block, slot, lane) for the particles of a band whose cells are in or beside the box; of total Lagrangian bodies, for all.
+  template <class F>
+  void for_each_place_near(const Band& band, const Extent<Dim>& box, F&& f) const;
   template <class Shape>
   void add_surfaces(const TileNodes<Dim>& nodes, std::vector<NodeSurface<Dim>>& sums, std::vector<Real>& masses) const;
   void keep_outside(const MovingParticles<Dim, R>& leaving, std::size_t i);
@@ -152,6 +168,7 @@ class ParticleBody final : public Body<Dim> {
   Real reach_ = 0;  ///< Half of a particle's domain, in cell sides, for GIMP: one for the body.
   Real mass_ = 0;
   int sweeps_since_prune_ = 0;
+  mutable std::vector<Seat> seats_;  ///< By id; made when first asked for.
 
   std::vector<BandReport> reports_;
   std::vector<std::vector<std::pair<std::size_t, std::size_t>>> arrivals_;  ///< Per band: (band, index) of the particles that come.

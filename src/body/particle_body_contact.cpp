@@ -91,49 +91,169 @@ std::vector<NodeSurface<Dim>> ParticleBody<Dim, R>::surfaces(const TileNodes<Dim
 }
 
 template <int Dim, class R>
-template <class Shape>
-void ParticleBody<Dim, R>::add_forces_with(const std::vector<Real>& values) {
-  constexpr int n = Shape::k_nodes;
-  constexpr int L = k_lanes<R>;
-  const SlotLayout<Dim>& at = blocks_->layout();
-  const auto add = [&](const Block<Dim, R>& block, int lane, const R* fields, const Real* force) {
-    R w[Dim][n], dw[Dim][n];
-    for (int d = 0; d < Dim; ++d) {
-      const int cell = block.first[static_cast<std::size_t>(d)] + (d == 0 ? lane : 0);
-      const Shape shape = shape_at<Shape>(cell, d);
-      shape.weights(fields[(at.x + d) * L], w[d], dw[d]);
-    }
-    for (int row = 0; row < grid_.row_count(); ++row) {
-      for (int i = 0; i < n; ++i) {
-        R N = w[0][i] * w[1][row % n];
-        if constexpr (Dim == 3) N *= w[2][row / n];
-        NodeValues<Dim, R>& nodes = block.tiles[row][(lane + i) / L]->values;
-        for (int d = 0; d < Dim; ++d) nodes.force[d][(lane + i) % L] += N * static_cast<R>(force[d]);
+template <class F>
+void ParticleBody<Dim, R>::for_each_place_near(const Band& band, const Extent<Dim>& box, F&& f) const {
+  const bool is_total = blocks_->layout().u >= 0;
+  for (const auto& row : band.rows) {
+    for (const Block<Dim, R>* block : row.blocks) {
+      if (block == nullptr) continue;
+      bool is_near = true;
+      for (int d = 0; d < Dim; ++d) {
+        const auto s = static_cast<std::size_t>(d);
+        const Real h = grid_.cell_size(d);
+        const Real lower = grid_.lower(d) + (block->first[s] - 1) * h;
+        const Real upper = grid_.lower(d) + (block->first[s] + (d == 0 ? k_lanes<R> : 1) + 1) * h;
+        is_near = is_near && lower <= box.upper[s] && upper >= box.lower[s];
+      }
+      if (!is_near && !is_total) continue;
+      for (int k = 0; k < block->slot_count; ++k) {
+        for (int lane = 0; lane < k_lanes<R>; ++lane) {
+          if (k < block->count(lane)) f(*block, k, lane);
+        }
       }
     }
-  };
-  for_each_band([&](std::size_t b) {
-    blocks_->list_blocks(blocks_->bands()[b]);
-    for (const Block<Dim, R>* block : blocks_->bands()[b].blocks) {
-      for (int k = 0; k < block->slot_count; ++k) {
-        const R* const slot = block->slot(k, at.field_count);
-        for (int lane = 0; lane < L; ++lane) {
-          if (k >= block->count(lane)) continue;
-          const Real* const force = &values[static_cast<std::size_t>(id_from_bits(slot[at.id * L + lane])) * Dim];
-          if (std::any_of(force, force + Dim, [](Real f) { return f != 0; })) add(*block, lane, slot + lane, force);
+  }
+}
+
+template <int Dim, class R>
+Extent<Dim> ParticleBody<Dim, R>::extent() const {
+  const std::vector<Band>& bands = blocks_->bands();
+  constexpr Real k_far = std::numeric_limits<Real>::infinity();
+  Extent<Dim> none;
+  none.lower.fill(k_far);
+  none.upper.fill(-k_far);
+  std::vector<Extent<Dim>> parts(bands.size(), none);
+  parallel_for(static_cast<Index>(bands.size()), blocks_->count(), [&](Index b) {
+    Extent<Dim>& part = parts[static_cast<std::size_t>(b)];
+    const Band& band = bands[static_cast<std::size_t>(b)];
+    const auto include = [&](std::size_t d, Real lower, Real upper) {
+      part.lower[d] = std::min(part.lower[d], lower);
+      part.upper[d] = std::max(part.upper[d], upper);
+    };
+    if (blocks_->layout().u >= 0) {
+      blocks_->for_each(band, [&](const R* fields, const Vec3& place) {
+        const Vec3 x = position_of(fields, k_lanes<R>, place);
+        for (std::size_t d = 0; d < Dim; ++d) include(d, x[d], x[d]);
+      });
+      return;
+    }
+    for (const auto& row : band.rows) {
+      for (const Block<Dim, R>* block : row.blocks) {
+        for (int lane = 0; block != nullptr && lane < k_lanes<R>; ++lane) {
+          for (int d = 0; d < Dim && block->count(lane) > 0; ++d) {
+            const int cell = block->first[static_cast<std::size_t>(d)] + (d == 0 ? lane : 0);
+            const Real h = grid_.cell_size(d);
+            include(static_cast<std::size_t>(d), grid_.lower(d) + cell * h, grid_.lower(d) + (cell + 1) * h);
+          }
         }
       }
     }
   });
+  for (const Extent<Dim>& part : parts) {
+    for (std::size_t d = 0; d < Dim; ++d) {
+      none.lower[d] = std::min(none.lower[d], part.lower[d]);
+      none.upper[d] = std::max(none.upper[d], part.upper[d]);
+    }
+  }
+  return none;
 }
 
 template <int Dim, class R>
-void ParticleBody<Dim, R>::add_forces(const std::vector<Real>& values) {
+auto ParticleBody<Dim, R>::seats() const -> const std::vector<Seat>& {
+  if (!seats_.empty()) return seats_;
+  seats_.resize(static_cast<std::size_t>(id_count_));
+  const SlotLayout<Dim>& at = blocks_->layout();
+  for (const Band& band : blocks_->bands()) {
+    for_each_place_near(band, {}, [&](const Block<Dim, R>& block, int k, int lane) {
+      const R* const fields = block.slot(k, at.field_count) + lane;
+      seats_[static_cast<std::size_t>(id_from_bits(fields[at.id * k_lanes<R>]))] = {&block, k, lane};
+    });
+  }
+  return seats_;
+}
+
+template <int Dim, class R>
+std::vector<MovingPoint<Dim>> ParticleBody<Dim, R>::particles_in(const Extent<Dim>& box, const std::vector<Index>* candidates) const {
+  const SlotLayout<Dim>& at = blocks_->layout();
+  const auto push_if_in = [&](const Block<Dim, R>& block, int k, int lane, std::vector<MovingPoint<Dim>>& points) {
+    const R* const fields = block.slot(k, at.field_count) + lane;
+    const Vec3 x = position_of(fields, k_lanes<R>, blocks_->position(block, fields, lane));
+    MovingPoint<Dim> point;
+    bool is_in = true;
+    for (std::size_t d = 0; d < Dim; ++d) {
+      is_in = is_in && x[d] >= box.lower[d] && x[d] <= box.upper[d];
+      point.x[d] = x[d];
+      point.v[d] = static_cast<Real>(fields[(at.v + static_cast<int>(d)) * k_lanes<R>]);
+    }
+    if (!is_in) return;
+    point.id = id_from_bits(fields[at.id * k_lanes<R>]);
+    if (candidates == nullptr || std::binary_search(candidates->begin(), candidates->end(), point.id)) points.push_back(point);
+  };
+  std::vector<MovingPoint<Dim>> all;
+  if (candidates != nullptr && at.u >= 0) {
+    for (const Index id : *candidates) {
+      const Seat& seat = seats()[static_cast<std::size_t>(id)];
+      push_if_in(*seat.block, seat.slot, seat.lane, all);
+    }
+    return all;
+  }
+  const std::vector<Band>& bands = blocks_->bands();
+  std::vector<std::vector<MovingPoint<Dim>>> parts(bands.size());
+  parallel_for(static_cast<Index>(bands.size()), blocks_->count(), [&](Index b) {
+    const auto part = static_cast<std::size_t>(b);
+    for_each_place_near(bands[part], box, [&](const Block<Dim, R>& block, int k, int lane) { push_if_in(block, k, lane, parts[part]); });
+  });
+  for (const auto& part : parts) all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+template <int Dim, class R>
+template <class Shape>
+void ParticleBody<Dim, R>::add_force_with(const Block<Dim, R>& block, int lane, const R* fields, const Real* force) {
+  constexpr int n = Shape::k_nodes;
+  constexpr int L = k_lanes<R>;
+  R w[Dim][n], dw[Dim][n];
+  for (int d = 0; d < Dim; ++d) {
+    const int cell = block.first[static_cast<std::size_t>(d)] + (d == 0 ? lane : 0);
+    const Shape shape = shape_at<Shape>(cell, d);
+    shape.weights(fields[(blocks_->layout().x + d) * L], w[d], dw[d]);
+  }
+  for (int row = 0; row < grid_.row_count(); ++row) {
+    for (int i = 0; i < n; ++i) {
+      R N = w[0][i] * w[1][row % n];
+      if constexpr (Dim == 3) N *= w[2][row / n];
+      NodeValues<Dim, R>& nodes = block.tiles[row][(lane + i) / L]->values;
+      for (int d = 0; d < Dim; ++d) nodes.force[d][(lane + i) % L] += N * static_cast<R>(force[d]);
+    }
+  }
+}
+
+template <int Dim, class R>
+template <class Shape>
+void ParticleBody<Dim, R>::add_forces_with(const std::vector<Real>& values, const std::vector<Index>& ids, const Extent<Dim>& box) {
+  const SlotLayout<Dim>& at = blocks_->layout();
+  const auto add = [&](const Block<Dim, R>& block, int k, int lane) {
+    const R* const fields = block.slot(k, at.field_count) + lane;
+    const Real* const force = &values[static_cast<std::size_t>(id_from_bits(fields[at.id * k_lanes<R>])) * Dim];
+    if (std::any_of(force, force + Dim, [](Real f) { return f != 0; })) add_force_with<Shape>(block, lane, fields, force);
+  };
+  if (at.u < 0) {
+    for_each_band([&](std::size_t b) { for_each_place_near(blocks_->bands()[b], box, add); });
+    return;
+  }
+  for (const Index id : ids) {
+    const Seat& seat = seats()[static_cast<std::size_t>(id)];
+    add(*seat.block, seat.slot, seat.lane);
+  }
+}
+
+template <int Dim, class R>
+void ParticleBody<Dim, R>::add_forces(const std::vector<Real>& values, const std::vector<Index>& ids, const Extent<Dim>& box) {
   switch (scheme_.shape) {
-    case ShapeKind::linear: return add_forces_with<ShapeLinear<R>>(values);
-    case ShapeKind::bspline2: return add_forces_with<ShapeBSpline2<R>>(values);
-    case ShapeKind::bspline3: return add_forces_with<ShapeBSpline3<R>>(values);
-    case ShapeKind::gimp: return add_forces_with<ShapeGimp<R>>(values);
+    case ShapeKind::linear: return add_forces_with<ShapeLinear<R>>(values, ids, box);
+    case ShapeKind::bspline2: return add_forces_with<ShapeBSpline2<R>>(values, ids, box);
+    case ShapeKind::bspline3: return add_forces_with<ShapeBSpline3<R>>(values, ids, box);
+    case ShapeKind::gimp: return add_forces_with<ShapeGimp<R>>(values, ids, box);
   }
 }
 
@@ -144,10 +264,18 @@ Real ParticleBody<Dim, R>::greatest_speed() const {
   return std::sqrt(sum);
 }
 
-template void ParticleBody<2, double>::add_forces(const std::vector<Real>&);
-template void ParticleBody<3, double>::add_forces(const std::vector<Real>&);
-template void ParticleBody<2, float>::add_forces(const std::vector<Real>&);
-template void ParticleBody<3, float>::add_forces(const std::vector<Real>&);
+template void ParticleBody<2, double>::add_forces(const std::vector<Real>&, const std::vector<Index>&, const Extent<2>&);
+template Extent<2> ParticleBody<2, double>::extent() const;
+template std::vector<MovingPoint<2>> ParticleBody<2, double>::particles_in(const Extent<2>&, const std::vector<Index>*) const;
+template void ParticleBody<3, double>::add_forces(const std::vector<Real>&, const std::vector<Index>&, const Extent<3>&);
+template Extent<3> ParticleBody<3, double>::extent() const;
+template std::vector<MovingPoint<3>> ParticleBody<3, double>::particles_in(const Extent<3>&, const std::vector<Index>*) const;
+template void ParticleBody<2, float>::add_forces(const std::vector<Real>&, const std::vector<Index>&, const Extent<2>&);
+template Extent<2> ParticleBody<2, float>::extent() const;
+template std::vector<MovingPoint<2>> ParticleBody<2, float>::particles_in(const Extent<2>&, const std::vector<Index>*) const;
+template void ParticleBody<3, float>::add_forces(const std::vector<Real>&, const std::vector<Index>&, const Extent<3>&);
+template Extent<3> ParticleBody<3, float>::extent() const;
+template std::vector<MovingPoint<3>> ParticleBody<3, float>::particles_in(const Extent<3>&, const std::vector<Index>*) const;
 template Real ParticleBody<2, double>::greatest_speed() const;
 template Real ParticleBody<3, double>::greatest_speed() const;
 template Real ParticleBody<2, float>::greatest_speed() const;

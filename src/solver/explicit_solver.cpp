@@ -89,7 +89,8 @@ void ExplicitSolver<Dim, R>::add_pair_forces() {
   if (!pairs_) return;
   Stage stage(profile_, "contact");
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    if (!pairs_->forces(b).empty()) bodies_[b]->add_forces(pairs_->forces(b));
+    const auto& forces = pairs_->forces(b);
+    if (!forces.ids.empty()) bodies_[b]->add_forces(forces.values, forces.ids, forces.box);
   }
 }
 

@@ -2,16 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "core/parallel.hpp"
+#include "solver/pair_cells.hpp"
 
 namespace matpoint {
 namespace {
 
 // Of W, in spacings: wide enough that lattices are smooth, and 33 neighbours in 3D at a flat surface.
 constexpr Real k_range = 2.5;
-constexpr Real k_exponent = 4;
 
 // Particles per piece of work.
 constexpr std::size_t k_piece = 64;
@@ -50,138 +49,23 @@ struct Near {
   Real q;  ///< 1 - d^2 / R^2
 };
 
-template <int Dim>
-struct Box {
-  Vec<Dim> lower;
-  Vec<Dim> upper;
-};
-
-/// How far boxes are apart along the direction in which they are most so; negative where they overlap.
-template <int Dim>
-Real gap_of(const Box<Dim>& a, const Box<Dim>& b) {
-  Real gap = -std::numeric_limits<Real>::infinity();
-  for (std::size_t d = 0; d < Dim; ++d) gap = std::max({gap, b.lower[d] - a.upper[d], a.lower[d] - b.upper[d]});
-  return gap;
-}
-
-/// Square cells, numbered with x fastest, over a box.
-template <int Dim>
-class Cells {
- public:
-  Cells(const Box<Dim>& box, Real size) : lower_(box.lower), size_(size) {
-    for (std::size_t d = 0; d < Dim; ++d) counts_[d] = 1 + static_cast<Index>((box.upper[d] - box.lower[d]) / size);
-  }
-  std::array<Index, Dim> cell_of(const Vec<Dim>& x) const {
-    std::array<Index, Dim> cell;
-    for (std::size_t d = 0; d < Dim; ++d) cell[d] = std::clamp<Index>(static_cast<Index>((x[d] - lower_[d]) / size_), 0, counts_[d] - 1);
-    return cell;
-  }
-  Index key_of(const std::array<Index, Dim>& cell) const {
-    Index key = 0;
-    for (std::size_t d = Dim; d-- > 0;) key = key * counts_[d] + cell[d];
-    return key;
-  }
-  /// Calls f(first key, last key) for the rows of cells around the one with x.
-  template <class F>
-  void for_each_row_near(const Vec<Dim>& x, F&& f) const {
-    const std::array<Index, Dim> middle = cell_of(x);
-    std::array<Index, Dim> cell = middle;
-    const Index first = std::max<Index>(middle[0] - 1, 0);
-    const Index last = std::min(middle[0] + 1, counts_[0] - 1);
-    for (int row = 0; row < (Dim == 3 ? 9 : 3); ++row) {
-      bool exists = true;
-      for (std::size_t d = 1; d < Dim; ++d) {
-        cell[d] = middle[d] + (d == 1 ? row % 3 : row / 3) - 1;
-        exists = exists && cell[d] >= 0 && cell[d] < counts_[d];
-      }
-      if (!exists) continue;
-      cell[0] = first;
-      const Index key = key_of(cell);
-      f(key, key + last - first);
-    }
-  }
-
- private:
-  Vec<Dim> lower_;
-  Real size_;
-  std::array<Index, Dim> counts_;
-};
-
 }  // namespace
 
-template <int Dim>
-PairKernel<Dim>::PairKernel(Real range)
-    : range_(range),
-      alpha_(std::tgamma(k_exponent + 1 + 0.5 * Dim) /
-             (std::pow(std::numbers::pi, 0.5 * Dim) * std::tgamma(k_exponent + 1) * std::pow(range, Dim))) {}
-
-template <int Dim>
-Real PairKernel<Dim>::over_plane(Real z) const {
-  // Over a plane W integrates to a power of the same form, half a power higher per direction of the plane.
-  const Real exponent = k_exponent + 0.5 * (Dim - 1);
-  const Real q = 1 - z * z / (range_ * range_);
-  if (q <= 0) return 0;
-  return std::tgamma(exponent + 1.5) / (std::sqrt(std::numbers::pi) * std::tgamma(exponent + 1) * range_) * std::pow(q, exponent);
-}
-
-template <int Dim>
-Real PairKernel<Dim>::beyond_plane(Real z) const {
-  // Simpson's rule; the function is smooth, and 100 intervals are good for ten digits.
-  constexpr int k_intervals = 100;
-  if (z >= range_) return 0;
-  const Real h = (range_ - z) / k_intervals;
-  Real sum = 0;
-  for (int i = 0; i <= k_intervals; ++i) {
-    const Real weight = i == 0 || i == k_intervals ? 1 : i % 2 == 1 ? 4 : 2;
-    sum += weight * over_plane(z + i * h);
-  }
-  return sum * h / 3;
-}
-
-/// All particles of a body.
+/// What is known of a body's particles.
 template <int Dim>
 struct PairContact<Dim>::Points {
   const Body<Dim>* body;
-  std::size_t number;  ///< Of the body.
-  Real density;        ///< [kg/m^3]
-  Real modulus;        ///< rho c^2 [Pa]
-  std::vector<Real> position;
-  std::vector<Real> velocity;
-  std::vector<Index> ids;     ///< Of the rows.
-  std::vector<Real> volumes;  ///< In the reference configuration [m^dim].
+  Real density;               ///< [kg/m^3]
+  Real modulus;               ///< rho c^2 [Pa]
+  std::vector<Real> volumes;  ///< In the reference configuration, by id [m^dim].
   Real spacing = 0;           ///< The largest [m].
-  Box<Dim> box{};
-  Real speed = 0;  ///< The greatest [m/s].
-  std::vector<Real> forces;
-  std::vector<Index> forced;  ///< Ids with a force.
+  Forces forces;
 
-  /// What changes only when particles are taken out.
-  void read_constants() {
-    const std::vector<Real> numbers = body->field("id", number).values;
-    const std::vector<Real> masses = body->field("mass", number).values;
-    ids.resize(numbers.size());
-    volumes.resize(numbers.size());
-    for (std::size_t row = 0; row < ids.size(); ++row) {
-      ids[row] = static_cast<Index>(numbers[row]);
-      volumes[row] = masses[row] / density;
-    }
-  }
-  Vec<Dim> row_of(const std::vector<Real>& field, std::size_t row) const {
-    Vec<Dim> x;
-    std::copy_n(field.begin() + static_cast<std::ptrdiff_t>(row * Dim), Dim, x.begin());
-    return x;
-  }
-  void read_places() {
-    if (static_cast<std::size_t>(body->particle_count()) != ids.size()) read_constants();
-    position = body->field("position", number).values;
-    box.lower.fill(std::numeric_limits<Real>::infinity());
-    box.upper.fill(-std::numeric_limits<Real>::infinity());
-    for (std::size_t k = 0; k < position.size(); ++k) {
-      box.lower[k % Dim] = std::min(box.lower[k % Dim], position[k]);
-      box.upper[k % Dim] = std::max(box.upper[k % Dim], position[k]);
-    }
-    for (const Index id : forced) std::fill_n(forces.begin() + static_cast<std::ptrdiff_t>(id * Dim), Dim, 0);
-    forced.clear();
+  void start_update() {
+    for (const Index id : forces.ids) std::fill_n(forces.values.begin() + static_cast<std::ptrdiff_t>(id * Dim), Dim, 0);
+    forces.ids.clear();
+    forces.box.lower.fill(std::numeric_limits<Real>::infinity());
+    forces.box.upper.fill(-std::numeric_limits<Real>::infinity());
   }
 };
 
@@ -193,6 +77,11 @@ struct PairContact<Dim>::Pair {
   Real stiffness;                             ///< K [Pa]
   std::array<std::vector<Real>, 2> at_touch;  ///< c0 of each particle, by id [1].
   std::array<std::vector<Hold>, 2> holds;     ///< Ascending ids.
+  // Of the last search.
+  bool is_near = false;
+  bool is_searched = false;                        ///< Candidates are known.
+  Extent<Dim> box{};                               ///< Around what may touch before the next search [m].
+  std::array<std::vector<Index>, 2> candidates{};  ///< Ids of the particles that were in it.
 };
 
 /// The particles of one body that are near another one.
@@ -201,11 +90,11 @@ struct PairContact<Dim>::Side {
   Points& of;
   const PairKernel<Dim>& kernel;
   const std::vector<Real>& at_touch;
-  Real stiffness;  ///< K [Pa]
+  Real stiffness;   ///< K [Pa]
+  Extent<Dim> box;  ///< Around what may touch [m].
   Cells<Dim> cells;
-  std::vector<std::size_t> rows;  ///< Of the particles in the fields of the body.
-  std::vector<Index> keys;        ///< Of the cells; ascending.
-  std::vector<Vec<Dim>> x;
+  std::vector<MovingPoint<Dim>> points;
+  std::vector<Index> keys;  ///< Of the cells; ascending.
   std::vector<Real> volume;
   std::vector<std::vector<Near>> near;  ///< Of each piece, one particle after the other.
   std::vector<std::size_t> begin;       ///< Of a particle's neighbours in those of its piece.
@@ -219,19 +108,16 @@ struct PairContact<Dim>::Side {
   std::vector<Hold> holds;
   std::vector<Real> slip_work;  ///< [J]
 
-  Side(Points& points, const Pair& pair, std::size_t side, const Box<Dim>& box)
-      : of(points), kernel(pair.kernel), at_touch(pair.at_touch[side]), stiffness(pair.stiffness), cells(box, pair.kernel.range()) {
-    for (std::size_t row = 0; row < of.ids.size(); ++row) {
-      bool is_in = true;
-      for (std::size_t d = 0; d < Dim; ++d) {
-        const Real coordinate = of.position[row * Dim + d];
-        is_in = is_in && coordinate >= box.lower[d] && coordinate <= box.upper[d];
-      }
-      if (is_in) rows.push_back(row);
-    }
-  }
+  Side(Points& body, const Pair& pair, std::size_t side)
+      : of(body),
+        kernel(pair.kernel),
+        at_touch(pair.at_touch[side]),
+        stiffness(pair.stiffness),
+        box(pair.box),
+        cells(pair.box, pair.kernel.range()),
+        points(body.body->particles_in(pair.box, pair.is_searched ? &pair.candidates[side] : nullptr)) {}
 
-  std::size_t count() const { return rows.size(); }
+  std::size_t count() const { return points.size(); }
 
   template <class F>
   void for_each(F&& f) const {
@@ -247,21 +133,45 @@ struct PairContact<Dim>::Side {
     for (std::size_t k = begin[i]; k < end[i]; ++k) f(all[k].point, all[k].q);
   }
 
-  /// Sorts the particles by cells, and by their rows in each.
+  /// Sorts the particles by cells, and by their ids in each.
   void sort() {
-    std::vector<std::pair<Index, std::size_t>> order;
-    for (const std::size_t row : rows) order.emplace_back(cells.key_of(cells.cell_of(of.row_of(of.position, row))), row);
-    std::sort(order.begin(), order.end());
-    const std::size_t n = count();
-    keys.resize(n);
-    x.resize(n);
-    volume.resize(n);
-    for (std::size_t i = 0; i < n; ++i) {
-      keys[i] = order[i].first;
-      rows[i] = order[i].second;
-      x[i] = of.row_of(of.position, rows[i]);
-      volume[i] = of.volumes[rows[i]];
+    struct Place {
+      Index key;
+      Index id;
+      std::size_t point;
+    };
+    std::vector<Place> order;
+    order.reserve(count());
+    for (std::size_t i = 0; i < count(); ++i) order.push_back({cells.key_of(cells.cell_of(points[i].x)), points[i].id, i});
+    std::sort(order.begin(), order.end(), [](const Place& a, const Place& b) { return a.key != b.key ? a.key < b.key : a.id < b.id; });
+    std::vector<MovingPoint<Dim>> sorted;
+    sorted.reserve(count());
+    for (const Place& place : order) {
+      keys.push_back(place.key);
+      sorted.push_back(points[place.point]);
+      volume.push_back(of.volumes[static_cast<std::size_t>(place.id)]);
     }
+    points = std::move(sorted);
+  }
+
+  /// Ascending ids of those that are nearer to the other side than `reach`, or little farther.
+  std::vector<Index> ids_within(Real reach, const Side& other) const {
+    const Cells<Dim> wide(box, reach);
+    std::vector<Index> filled;
+    for (const MovingPoint<Dim>& point : other.points) filled.push_back(wide.key_of(wide.cell_of(point.x)));
+    std::sort(filled.begin(), filled.end());
+    filled.erase(std::unique(filled.begin(), filled.end()), filled.end());
+    std::vector<Index> ids;
+    for (const MovingPoint<Dim>& point : points) {
+      bool is_near = false;
+      wide.for_each_row_near(point.x, [&](Index first, Index last) {
+        const auto at = std::lower_bound(filled.begin(), filled.end(), first);
+        is_near = is_near || (at != filled.end() && *at <= last);
+      });
+      if (is_near) ids.push_back(point.id);
+    }
+    std::sort(ids.begin(), ids.end());
+    return ids;
   }
 
   void find_near(const Side& other) {
@@ -273,11 +183,11 @@ struct PairContact<Dim>::Side {
     for_each([&](std::size_t i) {
       std::vector<Near>& all = near[i / k_piece];
       begin[i] = all.size();
-      other.cells.for_each_row_near(x[i], [&](Index first, Index last) {
+      other.cells.for_each_row_near(points[i].x, [&](Index first, Index last) {
         auto j = static_cast<std::size_t>(std::lower_bound(other.keys.begin(), other.keys.end(), first) - other.keys.begin());
         for (; j < other.keys.size() && other.keys[j] <= last; ++j) {
           Real d2 = 0;
-          for (std::size_t d = 0; d < Dim; ++d) d2 += (x[i][d] - other.x[j][d]) * (x[i][d] - other.x[j][d]);
+          for (std::size_t d = 0; d < Dim; ++d) d2 += (points[i].x[d] - other.points[j].x[d]) * (points[i].x[d] - other.points[j].x[d]);
           const Real q = 1 - d2 * factor;
           if (q > 0) all.push_back({static_cast<std::uint32_t>(j), q});
         }
@@ -298,7 +208,7 @@ struct PairContact<Dim>::Side {
       pressure[i] = 0;
       energy[i] = 0;
       if (sum == 0) return;
-      const Real over = sum - at_touch[static_cast<std::size_t>(of.ids[rows[i]])];
+      const Real over = sum - at_touch[static_cast<std::size_t>(points[i].id)];
       if (over <= 0) return;
       pressure[i] = stiffness * over;
       energy[i] = 0.5 * volume[i] * stiffness * over * over;
@@ -316,7 +226,7 @@ struct PairContact<Dim>::Side {
         if (both == 0) return;
         const Real factor = volume[i] * other.volume[j] * kernel.slope(q);
         for (std::size_t d = 0; d < Dim; ++d) {
-          const Real away = factor * (x[i][d] - other.x[j][d]);
+          const Real away = factor * (points[i].x[d] - other.points[j].x[d]);
           all[d] += both * away;
           own[d] += pressure[i] * away;
         }
@@ -337,7 +247,7 @@ struct PairContact<Dim>::Side {
       const Real normal_force = std::sqrt(squared<Dim>(own_force[i]));
       if (normal_force == 0) return;
       Hold& hold = holds[i];
-      hold.id = of.ids[rows[i]];
+      hold.id = points[i].id;
       const auto old = std::lower_bound(held.begin(), held.end(), hold.id, [](const Hold& one, Index id) { return one.id < id; });
       if (old != held.end() && old->id == hold.id) hold.pulled = old->pulled;
       // The spring turns with the surface and keeps its length.
@@ -363,11 +273,10 @@ struct PairContact<Dim>::Side {
 
   /// Velocity of a particle against the mean of its neighbours [m/s].
   Vec<Dim> velocity_past(const Side& other, std::size_t i) const {
-    Vec<Dim> v = of.row_of(of.velocity, rows[i]);
+    Vec<Dim> v = points[i].v;
     for_each_near(i, [&](std::size_t j, Real q) {
       const Real weight = other.volume[j] * kernel.value(q) / c[i];
-      const Vec<Dim> v_j = other.of.row_of(other.of.velocity, other.rows[j]);
-      for (std::size_t d = 0; d < Dim; ++d) v[d] -= weight * v_j[d];
+      for (std::size_t d = 0; d < Dim; ++d) v[d] -= weight * other.points[j].v[d];
     });
     return v;
   }
@@ -395,12 +304,12 @@ PairContact<Dim>::PairContact(const Case& problem, std::vector<const Body<Dim>*>
     const Real speed = material.wave_speed(1);
     Points points;
     points.body = bodies[b];
-    points.number = b;
     points.density = material.density();
     points.modulus = material.density() * speed * speed;
-    points.read_constants();
-    points.forces.assign(points.ids.size() * Dim, 0);
+    points.volumes = bodies[b]->field("mass", b).values;
+    for (Real& volume : points.volumes) volume /= points.density;
     points.spacing = std::pow(*std::max_element(points.volumes.begin(), points.volumes.end()), Real{1} / Dim);
+    points.forces.values.assign(points.volumes.size() * Dim, 0);
     points_.push_back(std::move(points));
   }
   stable_dt_ = std::numeric_limits<Real>::infinity();
@@ -410,8 +319,12 @@ PairContact<Dim>::PairContact(const Case& problem, std::vector<const Body<Dim>*>
       const Real stiffness = problem.solver.contact_stiffness * std::min(points_[a].modulus, points_[b].modulus);
       Pair pair{{a, b}, kernel, stiffness, {}, {}};
       for (std::size_t s : {0, 1}) {
-        for (const Real volume : points_[pair.bodies[s]].volumes)
-          pair.at_touch[s].push_back(kernel.beyond_plane(0.5 * std::pow(volume, Real{1} / Dim)));
+        // Most bodies have particles of one volume.
+        Real last = 0;
+        for (const Real volume : points_[pair.bodies[s]].volumes) {
+          pair.at_touch[s].push_back(volume == last ? pair.at_touch[s].back() : kernel.beyond_plane(0.5 * std::pow(volume, Real{1} / Dim)));
+          last = volume;
+        }
       }
       pairs_.push_back(std::move(pair));
       // Layers of particles against each other have omega^2 = 2 K w^2 (1 / rho_a + 1 / rho_b), w the change of c per distance; half as
@@ -424,45 +337,67 @@ PairContact<Dim>::PairContact(const Case& problem, std::vector<const Body<Dim>*>
 }
 
 template <int Dim>
-const std::vector<Real>& PairContact<Dim>::forces(std::size_t body) const {
-  static const std::vector<Real> none;
-  return points_[body].forced.empty() ? none : points_[body].forces;
+const typename PairContact<Dim>::Forces& PairContact<Dim>::forces(std::size_t body) const {
+  return points_[body].forces;
 }
 
 template <int Dim>
 void PairContact<Dim>::update(Real dt) {
-  dissipated_ = 0;
   // Two bodies move towards each other with the sum of their speeds. Particles move with the grid's velocities and not with their own;
   // the range of W, which is more than twice the distance of particles that touch, leaves room for that.
   Real speed = 0;
   for (const Points& points : points_) speed = std::max(speed, points.body->greatest_speed());
   free_way_ -= 2 * speed * dt;
-  if (free_way_ > 0) return;
+  if (!(free_way_ > 0)) search();
   energy_ = 0;
-  for (Points& points : points_) points.read_places();
+  dissipated_ = 0;
+  for (Points& points : points_) points.start_update();
+  for (Pair& pair : pairs_) {
+    if (pair.is_near)
+      meet(pair, dt);
+    else
+      let_go(pair, {});
+  }
+  // A particle may touch two bodies.
+  for (Points& points : points_) {
+    std::vector<Index>& ids = points.forces.ids;
+    std::sort(ids.begin(), ids.end());
+    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  }
+}
+
+/// Up to this distance particles are candidates: half a range more, which they may move before the next search [m].
+template <int Dim>
+Real PairContact<Dim>::reach_of(const Pair& pair) {
+  return 1.5 * pair.kernel.range();
+}
+
+/// Which bodies are near each other, and where.
+template <int Dim>
+void PairContact<Dim>::search() {
+  std::vector<Extent<Dim>> extents;
+  for (const Points& points : points_) extents.push_back(points.body->extent());
   free_way_ = std::numeric_limits<Real>::infinity();
   for (Pair& pair : pairs_) {
-    const Real gap = gap_of<Dim>(points_[pair.bodies[0]].box, points_[pair.bodies[1]].box) - pair.kernel.range();
-    free_way_ = std::min(free_way_, gap);
-    meet(pair, dt);
+    const Extent<Dim>& a = extents[pair.bodies[0]];
+    const Extent<Dim>& b = extents[pair.bodies[1]];
+    const Real reach = reach_of(pair);
+    const Real gap = gap_of<Dim>(a, b);
+    pair.is_near = gap < reach;
+    pair.is_searched = false;
+    free_way_ = std::min(free_way_, pair.is_near ? reach - pair.kernel.range() : gap - pair.kernel.range());
+    for (std::size_t d = 0; d < Dim; ++d) {
+      pair.box.lower[d] = std::max(a.lower[d], b.lower[d]) - reach;
+      pair.box.upper[d] = std::min(a.upper[d], b.upper[d]) + reach;
+    }
   }
 }
 
 template <int Dim>
 void PairContact<Dim>::meet(Pair& pair, Real dt) {
-  Points& a = points_[pair.bodies[0]];
-  Points& b = points_[pair.bodies[1]];
-  const Real range = pair.kernel.range();
-  if (gap_of<Dim>(a.box, b.box) >= range) {
-    let_go(pair, {});
-    return;
-  }
-  Box<Dim> box;
-  for (std::size_t d = 0; d < Dim; ++d) {
-    box.lower[d] = std::max(a.box.lower[d], b.box.lower[d]) - range;
-    box.upper[d] = std::min(a.box.upper[d], b.box.upper[d]) + range;
-  }
-  Side sides[2] = {{a, pair, 0, box}, {b, pair, 1, box}};
+  Side sides[2] = {{points_[pair.bodies[0]], pair, 0}, {points_[pair.bodies[1]], pair, 1}};
+  for (std::size_t s = 0; s < 2 && !pair.is_searched; ++s) pair.candidates[s] = sides[s].ids_within(reach_of(pair), sides[1 - s]);
+  pair.is_searched = true;
   if (sides[0].count() == 0 || sides[1].count() == 0) {
     let_go(pair, {});
     return;
@@ -480,7 +415,6 @@ void PairContact<Dim>::meet(Pair& pair, Real dt) {
 
 template <int Dim>
 void PairContact<Dim>::rub(Pair& pair, Side (&sides)[2], Real dt) {
-  for (Side& side : sides) side.of.velocity = side.of.body->field("velocity", side.of.number).values;
   for (int s : {0, 1}) sides[s].rub(sides[1 - s], pair.holds[s], friction_, dt);
   for (int s : {0, 1}) sides[s].take_friction(sides[1 - s]);
   std::array<std::vector<Hold>, 2> holds;
@@ -511,17 +445,19 @@ void PairContact<Dim>::let_go(Pair& pair, std::array<std::vector<Hold>, 2> holds
 
 template <int Dim>
 void PairContact<Dim>::add_forces(const Side& side) {
-  Points& points = side.of;
+  Forces& forces = side.of.forces;
+  for (std::size_t d = 0; d < Dim; ++d) {
+    forces.box.lower[d] = std::min(forces.box.lower[d], side.box.lower[d]);
+    forces.box.upper[d] = std::max(forces.box.upper[d], side.box.upper[d]);
+  }
   for (std::size_t i = 0; i < side.count(); ++i) {
     if (squared<Dim>(side.force[i]) == 0) continue;
-    const Index id = points.ids[side.rows[i]];
-    points.forced.push_back(id);
-    for (std::size_t d = 0; d < Dim; ++d) points.forces[static_cast<std::size_t>(id) * Dim + d] += side.force[i][d];
+    const Index id = side.points[i].id;
+    forces.ids.push_back(id);
+    for (std::size_t d = 0; d < Dim; ++d) forces.values[static_cast<std::size_t>(id) * Dim + d] += side.force[i][d];
   }
 }
 
-template class PairKernel<2>;
-template class PairKernel<3>;
 template class PairContact<2>;
 template class PairContact<3>;
 

@@ -25,28 +25,9 @@
 
 #include "body/body.hpp"
 #include "case/case.hpp"
+#include "solver/pair_kernel.hpp"
 
 namespace matpoint {
-
-/// W(d) = alpha (1 - d^2 / R^2)^4.
-template <int Dim>
-class PairKernel {
- public:
-  explicit PairKernel(Real range);
-  Real range() const { return range_; }
-  /// W [1/m^dim] where q = 1 - d^2 / R^2, in [0, 1].
-  Real value(Real q) const { return alpha_ * q * q * q * q; }
-  /// -W' / d [1/m^(dim+2)].
-  Real slope(Real q) const { return 8 * alpha_ * q * q * q / (range_ * range_); }
-  /// The integral of W over a plane at the distance z [1/m].
-  Real over_plane(Real z) const;
-  /// The integral of W over all beyond that plane [1].
-  Real beyond_plane(Real z) const;
-
- private:
-  Real range_;
-  Real alpha_;
-};
 
 template <int Dim>
 class PairContact {
@@ -59,8 +40,13 @@ class PairContact {
   void update(Real dt);
   /// Particles have been moved or taken away other than by steps.
   void forget_places() { free_way_ = 0; }
-  /// Of a body [N]: Dim numbers per id. Empty: none.
-  const std::vector<Real>& forces(std::size_t body) const;
+  /// On the particles of a body.
+  struct Forces {
+    std::vector<Real> values;  ///< Dim numbers per id [N].
+    std::vector<Index> ids;    ///< Those with a force, ascending.
+    Extent<Dim> box;           ///< Has these in it [m].
+  };
+  const Forces& forces(std::size_t body) const;
   /// Stored now: in the overlap, and in the springs of particles that stick [J].
   Real energy() const { return energy_; }
   /// By friction, in the last update [J].
@@ -79,6 +65,8 @@ class PairContact {
     Real energy;      ///< [J]
   };
 
+  static Real reach_of(const Pair& pair);
+  void search();
   void meet(Pair& pair, Real dt);
   void rub(Pair& pair, Side (&sides)[2], Real dt);
   void let_go(Pair& pair, std::array<std::vector<Hold>, 2> holds);
@@ -87,7 +75,7 @@ class PairContact {
   std::vector<Points> points_;
   std::vector<Pair> pairs_;
   Real friction_;
-  Real free_way_ = 0;  ///< So far particles may move before any two bodies can meet [m].
+  Real free_way_ = 0;  ///< So far two particles may approach each other before the next search [m].
   Real energy_ = 0;
   Real dissipated_ = 0;
   Real stable_dt_ = 0;

@@ -1,0 +1,28 @@
+// How much a particle counts at a distance, for contact by forces between pairs of particles (pair_contact.hpp).
+#pragma once
+
+#include "core/types.hpp"
+
+namespace matpoint {
+
+/// W(d) = alpha (1 - d^2 / R^2)^4.
+template <int Dim>
+class PairKernel {
+ public:
+  explicit PairKernel(Real range);
+  Real range() const { return range_; }
+  /// W [1/m^dim] where q = 1 - d^2 / R^2, in [0, 1].
+  Real value(Real q) const { return alpha_ * q * q * q * q; }
+  /// -W' / d [1/m^(dim+2)].
+  Real slope(Real q) const { return 8 * alpha_ * q * q * q / (range_ * range_); }
+  /// The integral of W over a plane at the distance z [1/m].
+  Real over_plane(Real z) const;
+  /// The integral of W over all beyond that plane [1].
+  Real beyond_plane(Real z) const;
+
+ private:
+  Real range_;
+  Real alpha_;
+};
+
+}  // namespace matpoint
