@@ -152,6 +152,19 @@ def test_a_predicate_chooses_the_nodes_of_a_boundary():
     assert simulations[0].history["boundary_impulse_y"][-1] > 0
 
 
+@pytest.mark.parametrize("shape", ["bspline2", "bspline3", "gimp"])
+def test_nodes_are_chosen_by_their_places_also_with_wider_shapes(shape):
+    by_function, by_region = block(solver=mp.Solver(shape=shape)), block(solver=mp.Solver(shape=shape))
+    by_function.boundary = mp.Boundary(region=mp.Where(lambda x: x[:, 1] < 0.3), kind="fixed")
+    by_region.boundary = mp.Boundary(region=mp.Box(lower=(-1, -1), upper=(2, 0.3 - 1e-9)), kind="fixed")
+    ran = [problem.build() for problem in (by_function, by_region)]
+    for simulation in ran:
+        simulation.run()
+        assert simulation.grid.position.shape == (simulation.grid.node_count, 2)
+        assert np.prod(simulation.grid.shape) == simulation.grid.node_count
+    assert same_bits(*ran)
+
+
 def test_a_predicate_fills_a_body():
     disk = {**block().body[0], "region": mp.Disk(center=(0.5, 0.5), radius=0.23)}
     where = mp.Where(lambda x: np.hypot(x[:, 0] - 0.5, x[:, 1] - 0.5) <= 0.23, lower=(0.2, 0.2), upper=(0.8, 0.8))
