@@ -193,9 +193,8 @@ SweepVariant ParticleBody<Dim, R>::variant() const {
   const SlotLayout<Dim>& at = blocks_->layout();
   if (scheme_.shape == ShapeKind::bspline3) return SweepVariant::bspline3;
   if (scheme_.shape == ShapeKind::gimp) return SweepVariant::gimp;
-  if (scheme_.shape == ShapeKind::bspline2) return at.C >= 0 ? SweepVariant::bspline2_affine : SweepVariant::bspline2;
-  if (at.C >= 0) return SweepVariant::linear_affine;
-  return at.u >= 0 || at.b >= 0 ? SweepVariant::linear : SweepVariant::linear_plain;
+  if (scheme_.shape == ShapeKind::bspline2) return SweepVariant::bspline2;
+  return at.C >= 0 || at.u >= 0 || at.b >= 0 ? SweepVariant::linear : SweepVariant::linear_plain;
 }
 
 template <int Dim, class R>

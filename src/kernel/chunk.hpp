@@ -28,11 +28,9 @@ struct Stages {
 template <SweepVariant V>
 struct Variant {
   static constexpr bool is_plain = V == SweepVariant::linear_plain;
-  static constexpr bool is_bspline2 = V == SweepVariant::bspline2 || V == SweepVariant::bspline2_affine;
+  static constexpr bool is_bspline2 = V == SweepVariant::bspline2;
   static constexpr bool is_wide = V == SweepVariant::bspline3 || V == SweepVariant::gimp;
   static constexpr bool is_linear = !is_bspline2 && !is_wide;
-  /// Whether there may be an affine velocity; wide shapes look whether there is one.
-  static constexpr bool is_affine = V == SweepVariant::linear_affine || V == SweepVariant::bspline2_affine || is_wide;
   template <class T>
   using WideShape = std::conditional_t<V == SweepVariant::gimp, ShapeGimp<T>, ShapeBSpline3<T>>;
   template <class T>

@@ -345,8 +345,8 @@ MPM_INLINE void gather(SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk,
         const P new_v = select(live, flip * (v + dt * second[d].value(point)) + pic * grid_velocity, zero);
         new_v.store(slot + (at.v + d) * L);
         speed_max[d] = max(speed_max[d], abs(new_v));
-        if constexpr (Variant<V>::is_affine) {
-          if (!Variant<V>::is_wide || at.C >= 0) {
+        if constexpr (!Variant<V>::is_plain) {
+          if (at.C >= 0) {
             P gradient[Dim];
             velocity[d].gradient(point.affine(shapes, context.is_affine_full), gradient);
             for (int c = 0; c < Dim; ++c) select(live, gradient[c] * inverse_h[c], zero).store(slot + (at.C + d * Dim + c) * L);

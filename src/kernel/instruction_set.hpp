@@ -26,9 +26,7 @@ constexpr KernelTable<Dim, R> make_table() {
   KernelTable<Dim, R> table{};
   set_sweeps<SweepVariant::linear_plain>(table);
   set_sweeps<SweepVariant::linear>(table);
-  set_sweeps<SweepVariant::linear_affine>(table);
   set_sweeps<SweepVariant::bspline2>(table);
-  set_sweeps<SweepVariant::bspline2_affine>(table);
   set_sweeps<SweepVariant::bspline3>(table);
   set_sweeps<SweepVariant::gimp>(table);
   table.laws = law_kernels_of<Dim, R>(static_cast<AllLaws*>(nullptr));

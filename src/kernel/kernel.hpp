@@ -181,10 +181,10 @@ struct NodalSums {
   Vec<Dim> cutoff_impulse{};
 };
 
-/// Sweeps are compiled for each shape; for narrow ones without and with an affine velocity, for wide ones once for both. `plain` sweeps
-/// with linear shapes have no affine part, no displacements and no body forces of particles, and are the fastest.
-enum class SweepVariant { linear_plain, linear, linear_affine, bspline2, bspline2_affine, bspline3, gimp };
-constexpr int k_variant_count = 7;
+/// Sweeps are compiled for each shape. The `plain` ones with linear shapes have no affine part, no displacements and no body forces of
+/// particles, and are the fastest; the others look what the particles have.
+enum class SweepVariant { linear_plain, linear, bspline2, bspline3, gimp };
+constexpr int k_variant_count = 5;
 
 /// All kernels of one instruction set. Chosen once, at set-up.
 template <int Dim, class R>

@@ -73,7 +73,7 @@ MPM_INLINE void map_row_momentum(const SweepContext<Dim, R>& context, SweepChunk
   constexpr int L = k_lanes<R>;
   const SlotLayout<Dim>& at = context.layout;
   const int node[3] = {0, row % n, row / n};
-  const bool has_affine = S != Sweep::refine && Variant<V>::is_affine && (!Variant<V>::is_wide || at.C >= 0);
+  const bool has_affine = S != Sweep::refine && at.C >= 0;
   NodeSums<R, n> mass;
   NodeSums<R, n> momentum[Dim];
   for (int part = 0; part < NodeSums<R, n>::k_parts; ++part) {
@@ -84,7 +84,7 @@ MPM_INLINE void map_row_momentum(const SweepContext<Dim, R>& context, SweepChunk
       m_sum[i] = P(0);
       for (int d = 0; d < Dim; ++d) p_sum[d][i] = P(0);
     }
-    if constexpr (Variant<V>::is_affine) {
+    if (has_affine) {
       for (int d = 0; d < Dim; ++d) {
         shapes[d] = shape_of<V>(context, chunk, d, lane);
         place[d] = shapes[d].place(node[d]);
@@ -103,7 +103,7 @@ MPM_INLINE void map_row_momentum(const SweepContext<Dim, R>& context, SweepChunk
         if constexpr (Stages<S>::maps_mass) m_sum[i] += N_m[i];
       }
       P away[Dim];  // from the particle to the first node of the row
-      if constexpr (Variant<V>::is_affine) {
+      if (has_affine) {
         for (int d = 0; d < Dim; ++d)
           away[d] =
               (place[d] - shapes[d].centre(P::load(slot + (at.x + d) * L))) * P(1 / static_cast<double>(context.inverse_cell_size[d]));
