@@ -347,7 +347,7 @@ def node_axes(grid: Mapping[str, Any], shape: str) -> list[Floats]:
             degree = int(shape[-1])
             i = np.arange(cells + degree)
             places = np.mean([np.clip(i - k, 0, cells) for k in range(degree)], axis=0)
-        elif shape == "gimp":
+        elif shape in ("gimp", "cpdi"):
             places = np.arange(-1.0, cells + 2)
         axes.append(lower + (upper - lower) / cells * places)
     return axes

@@ -6,7 +6,6 @@
 
 #include "core/parallel.hpp"
 #include "kernel/function_law.hpp"
-#include "kernel/shape.hpp"
 
 namespace matpoint {
 namespace {
@@ -193,6 +192,7 @@ SweepVariant ParticleBody<Dim, R>::variant() const {
   const SlotLayout<Dim>& at = blocks_->layout();
   if (scheme_.shape == ShapeKind::bspline3) return SweepVariant::bspline3;
   if (scheme_.shape == ShapeKind::gimp) return SweepVariant::gimp;
+  if (scheme_.shape == ShapeKind::cpdi) return SweepVariant::cpdi;
   if (scheme_.shape == ShapeKind::bspline2) return SweepVariant::bspline2;
   return at.C >= 0 || at.u >= 0 || at.b >= 0 ? SweepVariant::linear : SweepVariant::linear_plain;
 }
@@ -383,6 +383,7 @@ void ParticleBody<Dim, R>::map_arrival(Sweep what, const Block<Dim, R>& block, i
     case ShapeKind::bspline2: return map_arrival_with<ShapeBSpline2<R>>(what, block, lane, fields);
     case ShapeKind::bspline3: return map_arrival_with<ShapeBSpline3<R>>(what, block, lane, fields);
     case ShapeKind::gimp: return map_arrival_with<ShapeGimp<R>>(what, block, lane, fields);
+    case ShapeKind::cpdi: return map_arrival_with<ShapeConvected<R>>(what, block, lane, fields);
   }
 }
 
@@ -394,40 +395,29 @@ void ParticleBody<Dim, R>::map_arrival_with(Sweep what, const Block<Dim, R>& blo
   const R* const tau = fields + at.field_count;
   const R volume = at.volume >= 0 ? fields[at.volume] : static_cast<R>(uniform_volume_);
   const R m = volume * static_cast<R>(material_->density());
-  R w[Dim][n], dw[Dim][n], away[Dim][n];
-  for (int d = 0; d < Dim; ++d) {
-    const int cell = block.first[static_cast<std::size_t>(d)] + (d == 0 ? lane : 0);
-    const Shape shape = shape_at<Shape>(cell, d);
-    const R h = static_cast<R>(grid_.cell_size(d));
-    shape.weights(fields[at.x + d], w[d], dw[d]);
-    for (int i = 0; i < n; ++i) {
-      dw[d][i] /= h;
-      away[d][i] = (shape.place(i) - shape.centre(fields[at.x + d])) * h;
-    }
-  }
+  const auto weights = weights_of<Shape>(block, lane, fields, 1);
+  Shape shapes[Dim];
+  for (int d = 0; d < Dim; ++d) shapes[d] = shape_at<Shape>(block.first[static_cast<std::size_t>(d)] + (d == 0 ? lane : 0), d);
   for (int row = 0; row < grid_.row_count(); ++row) {
+    R N[n], dN[Dim][n];
+    weights.of_row(row, N, dN);
     for (int i = 0; i < n; ++i) {
       const int index[3] = {i, row % n, row / n};
       NodeValues<Dim, R>& nodes = block.tiles[row][(lane + i) / k_lanes<R>]->values;
       const int node = (lane + i) % k_lanes<R>;
-      R N = 1;
-      for (int d = 0; d < Dim; ++d) N *= w[d][index[d]];
-      nodes.mass[node] += N * m;
+      nodes.mass[node] += N[i] * m;
       for (int d = 0; d < Dim; ++d) {
         R v = fields[at.v + d];
-        for (int c = 0; at.C >= 0 && c < Dim; ++c) v += fields[at.C + d * Dim + c] * away[c][index[c]];
-        nodes.momentum[d][node] += N * m * v;
+        for (int c = 0; at.C >= 0 && c < Dim; ++c)
+          v += fields[at.C + d * Dim + c] * (shapes[c].place(index[c]) - weights.centre(c)) * static_cast<R>(grid_.cell_size(c));
+        nodes.momentum[d][node] += N[i] * m * v;
       }
       if (what == Sweep::usf_velocity) continue;
       for (int c = 0; c < Dim; ++c) {
         R sum = 0;
-        for (int d = 0; d < Dim; ++d) {
-          R dN = 1;
-          for (int e = 0; e < Dim; ++e) dN *= e == d ? dw[e][index[e]] : w[e][index[e]];
-          sum += tau[stress_index(c, d)] * dN;
-        }
+        for (int d = 0; d < Dim; ++d) sum += tau[stress_index(c, d)] * dN[d][i] / static_cast<R>(grid_.cell_size(d));
         nodes.force[c][node] -= volume * sum;
-        if (at.b >= 0) nodes.force[c][node] += N * m * fields[at.b + c];
+        if (at.b >= 0) nodes.force[c][node] += N[i] * m * fields[at.b + c];
       }
     }
   }
@@ -471,7 +461,9 @@ template <int Dim, class R>
 Real ParticleBody<Dim, R>::stable_dt() const {
   Real dt = std::numeric_limits<Real>::infinity();
   for (const Real J : {J_min_, Real{1}, J_max_}) {
-    const Real wave_speed = material_->wave_speed(J);
+    // Waves cross the reference configuration faster where it is compressed, at most by 1 / J.
+    const Real shortening = blocks_->layout().u >= 0 ? std::min(J, Real{1}) : Real{1};
+    const Real wave_speed = material_->wave_speed(J) / shortening;
     const Real viscosity = material_->kinematic_viscosity(J);
     for (int d = 0; d < Dim; ++d) {
       const Real h = grid_.cell_size(d);

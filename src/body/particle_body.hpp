@@ -4,6 +4,7 @@
 #include "body/body.hpp"
 #include "body/cell_blocks.hpp"
 #include "core/parallel.hpp"
+#include "kernel/particle_weights.hpp"
 #include "material/material.hpp"
 
 namespace matpoint {
@@ -97,6 +98,9 @@ class ParticleBody final : public Body<Dim> {
   Shape shape_at(int cell, int d) const {
     return Shape(static_cast<R>(std::min(cell, 2)), static_cast<R>(std::min(grid_.cells(d) - 1 - cell, 2)), static_cast<R>(reach_));
   }
+  /// Of the particle with the fields in a cell.
+  template <class Shape>
+  ParticleWeights<Dim, R, Shape> weights_of(const Block<Dim, R>& block, int lane, const R* fields, int stride) const;
   template <class Shape>
   void map_arrival_with(Sweep what, const Block<Dim, R>& block, int lane, const R* fields);
   SweepVariant variant() const;
@@ -165,7 +169,7 @@ class ParticleBody final : public Body<Dim> {
   Real uniform_volume_ = 0;
   Real smallest_volume_ = 0;
   bool has_fbar_ = false;
-  Real reach_ = 0;  ///< Half of a particle's domain, in cell sides, for GIMP: one for the body.
+  Real reach_ = 0;  ///< Half of a particle's domain at rest, in cell sides, for GIMP and CPDI: one for the body.
   Real mass_ = 0;
   int sweeps_since_prune_ = 0;
   mutable std::vector<Seat> seats_;  ///< By id; made when first asked for.
@@ -189,6 +193,23 @@ void ParticleBody<Dim, R>::for_each_particle(F&& f) const {
     });
   }
   for (const Outside& outside : outside_) f(particle_of(outside));
+}
+
+template <int Dim, class R>
+template <class Shape>
+ParticleWeights<Dim, R, Shape> ParticleBody<Dim, R>::weights_of(const Block<Dim, R>& block, int lane, const R* fields, int stride) const {
+  const SlotLayout<Dim>& at = blocks_->layout();
+  Shape shapes[Dim];
+  R x[Dim], edges[Dim][Dim];
+  for (int d = 0; d < Dim; ++d) {
+    shapes[d] = shape_at<Shape>(block.first[static_cast<std::size_t>(d)] + (d == 0 ? lane : 0), d);
+    x[d] = fields[(at.x + d) * stride];
+    for (int k = 0; k < Dim; ++k) {
+      const R F = at.u >= 0 ? static_cast<R>(d == k) : fields[(at.F + d * Dim + k) * stride];
+      edges[d][k] = F * static_cast<R>(reach_ * grid_.cell_size(k) / grid_.cell_size(d));
+    }
+  }
+  return {shapes, x, edges};
 }
 
 template <int Dim, class R>

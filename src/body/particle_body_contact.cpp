@@ -212,18 +212,13 @@ template <class Shape>
 void ParticleBody<Dim, R>::add_force_with(const Block<Dim, R>& block, int lane, const R* fields, const Real* force) {
   constexpr int n = Shape::k_nodes;
   constexpr int L = k_lanes<R>;
-  R w[Dim][n], dw[Dim][n];
-  for (int d = 0; d < Dim; ++d) {
-    const int cell = block.first[static_cast<std::size_t>(d)] + (d == 0 ? lane : 0);
-    const Shape shape = shape_at<Shape>(cell, d);
-    shape.weights(fields[(blocks_->layout().x + d) * L], w[d], dw[d]);
-  }
+  const auto weights = weights_of<Shape>(block, lane, fields, L);
   for (int row = 0; row < grid_.row_count(); ++row) {
+    R N[n], dN[Dim][n];
+    weights.of_row(row, N, dN);
     for (int i = 0; i < n; ++i) {
-      R N = w[0][i] * w[1][row % n];
-      if constexpr (Dim == 3) N *= w[2][row / n];
       NodeValues<Dim, R>& nodes = block.tiles[row][(lane + i) / L]->values;
-      for (int d = 0; d < Dim; ++d) nodes.force[d][(lane + i) % L] += N * static_cast<R>(force[d]);
+      for (int d = 0; d < Dim; ++d) nodes.force[d][(lane + i) % L] += N[i] * static_cast<R>(force[d]);
     }
   }
 }
@@ -254,6 +249,7 @@ void ParticleBody<Dim, R>::add_forces(const std::vector<Real>& values, const std
     case ShapeKind::bspline2: return add_forces_with<ShapeBSpline2<R>>(values, ids, box);
     case ShapeKind::bspline3: return add_forces_with<ShapeBSpline3<R>>(values, ids, box);
     case ShapeKind::gimp: return add_forces_with<ShapeGimp<R>>(values, ids, box);
+    case ShapeKind::cpdi: return add_forces_with<ShapeConvected<R>>(values, ids, box);
   }
 }
 

@@ -69,6 +69,19 @@ const Input& section_of(const Input& input, const std::string& name) { return at
 
 /// What the shape functions and the formulation cannot do.
 void check_shape(const Case& problem, const Input& input) {
+  if (problem.solver.shape == ShapeKind::cpdi) {
+    const Input& solver = section_of(input, "solver");
+    if (problem.solver.transfer == Transfer::apic) {
+      fail_case(at_key(solver, "transfer"), "solver",
+                "transfer = \"apic\" cannot be used with shape = \"cpdi\", whose domains couple the directions of APIC's slopes; use \"flip\", "
+                "\"pic\", \"tpic\" or \"fmpm\"");
+    }
+    if (problem.solver.stress_order == StressOrder::usf) {
+      fail_case(at_key(solver, "stress_order"), "solver",
+                "stress_order = \"usf\" cannot be used with shape = \"cpdi\": the domains would change between the two mappings of a step, "
+                "and momentum would be lost; use \"usl\" or \"musl\"");
+    }
+  }
   if (problem.solver.shape != ShapeKind::linear) {
     const Input& grid = section_of(input, "grid");
     if (!problem.grid.periodic.empty()) {
@@ -353,9 +366,13 @@ void SolverSpec::declare(ParameterTable<SolverSpec>& table) {
                "When a step updates the stress: last (usl), first (usf), or last from velocities mapped once more (musl).");
   table.choice(
       "shape", &SolverSpec::shape,
-      {{"linear", ShapeKind::linear}, {"bspline2", ShapeKind::bspline2}, {"bspline3", ShapeKind::bspline3}, {"gimp", ShapeKind::gimp}},
+      {{"linear", ShapeKind::linear},
+       {"bspline2", ShapeKind::bspline2},
+       {"bspline3", ShapeKind::bspline3},
+       {"gimp", ShapeKind::gimp},
+       {"cpdi", ShapeKind::cpdi}},
       "Shape functions of the grid: linear, quadratic or cubic B-splines that are clamped at the sides, or linear averaged over the "
-      "particles' domains (gimp: uGIMP).");
+      "particles' domains, which keep their shape (gimp: uGIMP) or deform with the particles (cpdi).");
   table.choice(
       "transfer", &SolverSpec::transfer,
       {{"flip", Transfer::flip}, {"pic", Transfer::pic}, {"apic", Transfer::apic}, {"tpic", Transfer::tpic}, {"fmpm", Transfer::fmpm}},

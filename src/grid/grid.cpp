@@ -66,7 +66,7 @@ Vec<Dim> Grid<Dim, R>::node_position(const Place<Dim>& node) const {
     const auto s = static_cast<std::size_t>(d);
     int i = node[s];
     Real place = i;
-    if (shape_ == ShapeKind::gimp) {
+    if (has_domains(shape_)) {
       place = i = node[s] - 1;
     } else {
       // The mean of as many knots as the degree of the splines; linear shapes are splines of degree 1.

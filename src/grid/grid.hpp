@@ -6,7 +6,7 @@
 // bands can be worked side by side, then all odd ones, and every node gets its sums in one order.
 //
 // Cell i of a direction has the nodes i, ..., i + span. Those of linear shapes are its corners; those of B-splines are control points,
-// which stand at the Greville abscissae; those of GIMP are corners from the one before the cell to the one after it, so the first and the
+// which stand at the Greville abscissae; those of GIMP and CPDI are corners from the one before the cell to the one after it, so the first and the
 // last node of a direction lie outside of the grid, and particles never reach them.
 #pragma once
 
@@ -100,7 +100,7 @@ class Grid {
   int span() const { return span_; }
   /// The node on a side of the grid, along its axis.
   int side_node(int d, bool is_upper) const {
-    const int outside = shape_ == ShapeKind::gimp ? 1 : 0;
+    const int outside = has_domains(shape_) ? 1 : 0;
     return is_upper ? nodes(d) - 1 - outside : outside;
   }
   /// Rows of nodes around a cell.

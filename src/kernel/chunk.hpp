@@ -2,8 +2,9 @@
 #pragma once
 
 #include <algorithm>
+#include <type_traits>
 
-#include "kernel/shape.hpp"
+#include "kernel/domain.hpp"
 #include "kernel/simd.hpp"
 
 namespace matpoint {
@@ -29,10 +30,12 @@ template <SweepVariant V>
 struct Variant {
   static constexpr bool is_plain = V == SweepVariant::linear_plain;
   static constexpr bool is_bspline2 = V == SweepVariant::bspline2;
-  static constexpr bool is_wide = V == SweepVariant::bspline3 || V == SweepVariant::gimp;
+  static constexpr bool is_convected = V == SweepVariant::cpdi;
+  static constexpr bool is_wide = V == SweepVariant::bspline3 || V == SweepVariant::gimp || is_convected;
   static constexpr bool is_linear = !is_bspline2 && !is_wide;
   template <class T>
-  using WideShape = std::conditional_t<V == SweepVariant::gimp, ShapeGimp<T>, ShapeBSpline3<T>>;
+  using WideShape =
+      std::conditional_t<is_convected, ShapeConvected<T>, std::conditional_t<V == SweepVariant::gimp, ShapeGimp<T>, ShapeBSpline3<T>>>;
   template <class T>
   using Shape = std::conditional_t<is_linear, ShapeLinear<T>, std::conditional_t<is_bspline2, ShapeBSpline2<T>, WideShape<T>>>;
   static constexpr int k_nodes = Shape<double>::k_nodes;
@@ -53,6 +56,23 @@ MPM_INLINE typename Variant<V>::template Shape<Pack<R>> shape_of(const SweepCont
     if (cell > last - 2) after.v[i] = static_cast<R>(std::max(last - cell, 0));
   }
   return {before, after, P(static_cast<double>(context.reach[d]))};
+}
+
+/// The convected domains of the particles of a slot, at the places x in their cells; in the reference configuration they keep their shape.
+template <int Dim, class R>
+MPM_INLINE ConvectedDomain<Dim, Pack<R>> domain_of(const SweepContext<Dim, R>& context, const ShapeConvected<Pack<R>>* shapes,
+                                                   const R* slot, const Pack<R>* x) {
+  using P = Pack<R>;
+  const SlotLayout<Dim>& at = context.layout;
+  P edges[Dim][Dim];
+  for (int d = 0; d < Dim; ++d) {
+    for (int k = 0; k < Dim; ++k) {
+      const P F = at.u >= 0 ? P(d == k ? 1 : 0) : P::load(slot + (at.F + d * Dim + k) * k_lanes<R>);
+      // From cell sides along k to cell sides along d.
+      edges[d][k] = F * P(static_cast<double>(context.reach[k] * context.inverse_cell_size[d] / context.inverse_cell_size[k]));
+    }
+  }
+  return {shapes, x, edges};
 }
 
 template <int Dim, class R>

@@ -282,11 +282,78 @@ struct NodalValues {
   }
 };
 
-template <SweepVariant V, int Dim, class R>
+/// One quantity at the nodes around each lane's cell, for convected domains: from the values at a domain's corners.
+template <int Dim, class R>
+struct CornerValues : NodalValues<Dim, R, ShapeConvected<Pack<R>>> {
+  using P = Pack<R>;
+  using Hats = ShapeConvected<P>;
+  static constexpr int n = Hats::k_nodes;
+  static constexpr int k_layers = Dim == 2 ? 1 : n;
+
+  struct Point {
+    ConvectedDomain<Dim, P> domain;
+    /// For the slopes of TPIC, which are those of the gradient.
+    MPM_INLINE const Point& affine(const Hats*, bool) const { return *this; }
+  };
+
+  __attribute__((noinline)) P at_corner(const P* x) const {
+    P total = P(0);
+    for (int k = 0; k < k_layers; ++k) {
+      P in_y = P(0);
+      for (int j = 0; j < n; ++j) {
+        P in_x = Hats::hat(x[0], 0) * this->at[k][j][0];
+        for (int i = 1; i < n; ++i) in_x += Hats::hat(x[0], i) * this->at[k][j][i];
+        in_y += Hats::hat(x[1], j) * in_x;
+      }
+      if constexpr (Dim == 3)
+        total += Hats::hat(x[2], k) * in_y;
+      else
+        total = in_y;
+    }
+    return total;
+  }
+  MPM_INLINE P value(const Point& p) const {
+    P sum = P(0);
+    for (const auto& corner : p.domain.corner) sum += at_corner(corner);
+    return sum * P(1.0 / ConvectedDomain<Dim, P>::k_corners);
+  }
+  /// Derivatives in xi, and the value.
+  MPM_INLINE P gradient(const Point& p, P* d) const {
+    using Domain = ConvectedDomain<Dim, P>;
+    P sum = P(0);
+    P along_edge[Dim];
+    for (int k = 0; k < Dim; ++k) along_edge[k] = P(0);
+    for (int c = 0; c < Domain::k_corners; ++c) {
+      const P v = at_corner(p.domain.corner[c]);
+      sum += v;
+      for (int k = 0; k < Dim; ++k) along_edge[k] = Domain::is_upper(c, k) ? along_edge[k] + v : along_edge[k] - v;
+    }
+    for (int e = 0; e < Dim; ++e) {
+      d[e] = along_edge[0] * p.domain.inverse[0][e];
+      for (int k = 1; k < Dim; ++k) d[e] += along_edge[k] * p.domain.inverse[k][e];
+      d[e] *= P(1.0 / Domain::k_corners);
+    }
+    return sum * P(1.0 / Domain::k_corners);
+  }
+};
+
+template <SweepVariant V, int Dim, class R, class Shape = typename Variant<V>::template Shape<Pack<R>>>
+using WideInterpolantOf = std::conditional_t<Variant<V>::is_convected, CornerValues<Dim, R>, NodalValues<Dim, R, Shape>>;
+
+template <SweepVariant V, int Dim, class R, class Shape = typename Variant<V>::template Shape<Pack<R>>>
 using InterpolantOf =
     std::conditional_t<Variant<V>::is_linear, Multilinear<Dim, R>,
-                       std::conditional_t<Variant<V>::is_wide, NodalValues<Dim, R, typename Variant<V>::template Shape<Pack<R>>>,
-                                          Polynomial<Dim, R, typename Variant<V>::template Shape<Pack<R>>>>>;
+                       std::conditional_t<Variant<V>::is_wide, WideInterpolantOf<V, Dim, R>, Polynomial<Dim, R, Shape>>>;
+
+/// Where the particles of a slot are for an interpolant; x: their places in the cells.
+template <SweepVariant V, int Dim, class R, class Shape>
+MPM_INLINE typename InterpolantOf<V, Dim, R>::Point point_of(const SweepContext<Dim, R>& context, const Shape* shapes, const R* slot,
+                                                             const Pack<R>* x) {
+  if constexpr (Variant<V>::is_convected)
+    return {domain_of(context, shapes, slot, x)};
+  else
+    return {shapes, x};
+}
 
 /// Velocity, velocity gradient and position of the particles from the grid (docs/theory.md, step 4), and their masses. Empty lanes are
 /// kept at rest inside the cell: whatever stands there must stay finite, for it is summed with a mass of zero.
@@ -328,7 +395,7 @@ MPM_INLINE void gather(SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk,
     const Mask<R> live = counts > slots_below;
     P x[Dim];
     for (int d = 0; d < Dim; ++d) x[d] = P::load(slot + (at.x + d) * L);
-    const typename Interpolant::Point point(shapes, x);
+    const typename Interpolant::Point point = point_of<V>(context, shapes, slot, x);
     Mask<R> is_inside = live;
     for (int d = 0; d < Dim; ++d) {
       P grid_velocity;
@@ -397,7 +464,7 @@ MPM_INLINE void gather_second(const SweepContext<Dim, R>& context, const SweepCh
       P x[Dim];
       for (int e = 0; e < Dim; ++e) x[e] = P::load(chunk.slots[k] + lane + (context.layout.x + e) * k_lanes<R>);
       const Mask<R> live = counts > P(static_cast<double>(k));
-      select(live, second.value(typename Interpolant::Point(shapes, x)), P(0)).store(buffers.L_grad[k][d] + lane);
+      select(live, second.value(point_of<V>(context, shapes, chunk.slots[k] + lane, x)), P(0)).store(buffers.L_grad[k][d] + lane);
     }
   }
 }

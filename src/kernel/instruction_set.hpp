@@ -29,6 +29,7 @@ constexpr KernelTable<Dim, R> make_table() {
   set_sweeps<SweepVariant::bspline2>(table);
   set_sweeps<SweepVariant::bspline3>(table);
   set_sweeps<SweepVariant::gimp>(table);
+  set_sweeps<SweepVariant::cpdi>(table);
   table.laws = law_kernels_of<Dim, R>(static_cast<AllLaws*>(nullptr));
   table.advance = &advance_nodes<Dim, R>;
   table.map_velocity = &map_node_velocity<Dim, R>;

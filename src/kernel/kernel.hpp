@@ -28,11 +28,15 @@ constexpr int k_stress_size = Dim == 2 ? 4 : 6;
 constexpr int stress_index(int row, int column) { return row == column ? row : row + column == 1 ? 3 : row + column == 3 ? 4 : 5; }
 
 /// Shape functions of the background.
-enum class ShapeKind { linear, bspline2, bspline3, gimp };
+enum class ShapeKind { linear, bspline2, bspline3, gimp, cpdi };
 
 /// Nodes of a cell in each direction, beyond the first.
 constexpr int span_of(ShapeKind shape) { return shape == ShapeKind::linear ? 1 : shape == ShapeKind::bspline2 ? 2 : 3; }
 constexpr int k_span_max = 3;
+
+/// Whether particles have domains that reach into the next cells, where nodes stay the corners of cells: there is one before the first
+/// cell and one after the last.
+constexpr bool has_domains(ShapeKind shape) { return shape == ShapeKind::gimp || shape == ShapeKind::cpdi; }
 
 /// Rows of nodes around a cell, for shapes of a span.
 template <int Dim>
@@ -153,7 +157,7 @@ struct SweepContext {
   R flip = 1;
   R inverse_cell_size[Dim] = {};
   int cells[Dim] = {};          ///< Of the grid.
-  R reach[Dim] = {};            ///< Half of a particle's domain, in cell sides, for GIMP.
+  R reach[Dim] = {};            ///< Half of a particle's domain at rest, in cell sides, for GIMP and CPDI.
   bool has_fbar = false;        ///< Particles of a cell change their volume at one rate.
   bool is_affine_full = false;  ///< The affine part is the velocity gradient (TPIC), not APIC's least-squares slope.
   const void* law = nullptr;
@@ -183,8 +187,8 @@ struct NodalSums {
 
 /// Sweeps are compiled for each shape. The `plain` ones with linear shapes have no affine part, no displacements and no body forces of
 /// particles, and are the fastest; the others look what the particles have.
-enum class SweepVariant { linear_plain, linear, bspline2, bspline3, gimp };
-constexpr int k_variant_count = 5;
+enum class SweepVariant { linear_plain, linear, bspline2, bspline3, gimp, cpdi };
+constexpr int k_variant_count = 6;
 
 /// All kernels of one instruction set. Chosen once, at set-up.
 template <int Dim, class R>

@@ -18,6 +18,8 @@ template <class T>
 requires std::is_floating_point_v<T> MPM_SHAPE_INLINE T min(T a, T b) { return a < b ? a : b; }
 template <class T>
 requires std::is_floating_point_v<T> MPM_SHAPE_INLINE T max(T a, T b) { return a > b ? a : b; }
+template <class T>
+requires std::is_floating_point_v<T> MPM_SHAPE_INLINE T abs(T a) { return a < T(0) ? -a : a; }
 
 /// Multilinear functions: N_0 = 1 - q, N_1 = q.
 template <class T>
@@ -175,6 +177,23 @@ struct ShapeGimp {
   }
   MPM_SHAPE_INLINE T place(int node) const { return T(node - 1); }
   MPM_SHAPE_INLINE T centre(T q) const { return T(0.5) * (max(q - reach, lower) + min(q + reach, upper)); }
+};
+
+/// The nodes and limits of convected domains (kernel/domain.hpp has their weights).
+template <class T>
+struct ShapeConvected {
+  static constexpr int k_nodes = 4;
+  T lower, upper;
+
+  MPM_SHAPE_INLINE ShapeConvected() = default;
+  MPM_SHAPE_INLINE ShapeConvected(T before, T after, T) : lower(-min(before, T(1))), upper(T(1) + min(after, T(1))) {}
+
+  MPM_SHAPE_INLINE static T place(int node) { return T(node - 1); }
+  /// The linear function of a node at a place in [-1, 2].
+  MPM_SHAPE_INLINE static T hat(T q, int node) {
+    const T beyond = q - place(node);
+    return max(min(T(1) + beyond, T(1) - beyond), T(0));
+  }
 };
 
 /// The weights of APIC's velocity slope, sum N_i (x_i - x_p) v_i / sum N_i (x_i - x_p)^2 (Jiang et al. 2015), for shapes that have no

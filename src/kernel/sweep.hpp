@@ -4,6 +4,7 @@
 
 #include "core/tensor.hpp"
 #include "kernel/gather.hpp"
+#include "kernel/map_domains.hpp"
 #include "kernel/map_linear.hpp"
 #include "kernel/map_nodes.hpp"
 
@@ -165,6 +166,8 @@ __attribute__((flatten)) void sweep_chunk(SweepContext<Dim, R>& context, SweepCh
   if constexpr (Variant<V>::is_plain && S != Sweep::refine) {
     if constexpr (Stages<S>::maps_momentum) map_all_rows<S, Dim, R>(context, chunk, buffers, ahead);
     if constexpr (Stages<S>::maps_force) map_all_components<Dim, R>(context, chunk, buffers, ahead);
+  } else if constexpr (Variant<V>::is_convected) {
+    map_domains<S>(context, chunk, buffers, ahead);
   } else {
     map_nodes<S, V>(context, chunk, buffers, ahead);
   }

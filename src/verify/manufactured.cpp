@@ -242,6 +242,8 @@ void add_manufactured(VerifySuite& suite) {
   axis_job(scheme_of("updated", "gimp", "flip", 2), "1e-4", to_64, true, 1.9, 64);
   axis_job(scheme_of("updated", "gimp", "flip", 2), "0.05", to_64, false, -1.2, 64);
   axis_job(scheme_of("updated", "gimp", "flip", 4), "0.05", to_64, false, -1.5, 64);
+  axis_job(scheme_of("updated", "cpdi", "flip", 2), "1e-4", to_64, false, 1.9, 64);
+  axis_job(scheme_of("updated", "cpdi", "flip", 2), "0.05", {16, 32, 64}, false, 1.7, 64);
   axis_job(scheme_of("total", "bspline3", "flip", 2), "0.05", to_64, false, 1.7, 64);
   axis_job(scheme_of("total", "gimp", "flip", 2), "0.05", to_64, false, 1.9, 64);
   {

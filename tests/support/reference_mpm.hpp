@@ -166,6 +166,7 @@ class ReferenceMpm {
   int degree = 1;  ///< Of the B-splines on clamped knots that are the shape functions; degree 1: hats.
   Real reach = 0;  ///< Not 0: hats averaged over this much [cell sides] to both sides instead, but not beyond the grid.
   Transfer transfer = Transfer::flip;
+  bool is_convected = false;  ///< With `reach`: the averaged functions are linear between the corners of a domain that deforms with F.
   bool has_fbar = false;  ///< The volumetric part of L is the mean of a cell, and so is the spherical part of the stress in the forces.
   int fmpm_order = 1;     ///< Terms of the inverse of the mass matrix.
   bool is_total = false;  ///< Shape functions in the reference configuration.
@@ -197,15 +198,16 @@ class ReferenceMpm {
     map();
     momentum_equation(t + dt, dt);
     refine();
-    const std::vector<Vec3> moving_v = v_;
     gather_velocity(dt);
+    const std::vector<Vec3> displacements = displacements_in(dt);
     if (order == StressOrder::musl) {
       map();
       node_velocities(t + dt);
     }
     if (order != StressOrder::usf) update_stress(dt);
-    v_ = moving_v;
-    move(dt);
+    for (std::size_t p = 0; p < particles.size(); ++p) {
+      for (std::size_t d = 0; d < dim; ++d) particles[p].x[d] += displacements[p][d];
+    }
   }
 
  private:
@@ -232,6 +234,14 @@ class ReferenceMpm {
   /// Where the nodes see the particle: sum N_i x_i.
   Vec3 centre(const ReferenceParticle& q) const {
     Vec3 x = is_total ? q.X : q.x;
+    if (is_convected) {
+      x = {};
+      const std::vector<Vec3> at_corners = domain_corners(q);
+      for (const Vec3& corner : at_corners) {
+        for (std::size_t d = 0; d < dim; ++d) x[d] += corner[d] / Real(at_corners.size());
+      }
+      return x;
+    }
     for (std::size_t d = 0; d < dim && reach > 0; ++d) {
       const auto [a, b] = domain(d, (x[d] - lower[d]) / h[d]);
       x[d] = lower[d] + (a + b) / 2 * h[d];
@@ -239,9 +249,63 @@ class ReferenceMpm {
     return x;
   }
 
+  /// Corners of a convected domain [m], its longest half-diagonal along an axis at most a cell, cut off at the sides of the grid.
+  std::vector<Vec3> domain_corners(const ReferenceParticle& q) const {
+    std::vector<Vec3> all;
+    for (int c = 0; c < (dim == 2 ? 4 : 8); ++c) {
+      Vec3 x = is_total ? q.X : q.x;
+      for (std::size_t d = 0; d < dim; ++d) {
+        Real away = 0;
+        Real longest = 0;
+        for (std::size_t k = 0; k < dim; ++k) {
+          const Real edge = reach * h[k] * (is_total ? static_cast<Real>(d == k) : q.F[d][k]);
+          away += (c >> k) % 2 == 1 ? edge : -edge;
+          longest += std::abs(edge);
+        }
+        x[d] += away * std::min(1.0, h[d] / longest);
+        x[d] = std::clamp(x[d], lower[d], lower[d] + cells[d] * h[d]);
+      }
+      all.push_back(x);
+    }
+    return all;
+  }
+
+  /// CPDI (Sadeghirad et al. 2011): means of the hats at the corners, and of their slopes, by the inverse of the domain's edges.
+  std::vector<Corner> convected_corners(const ReferenceParticle& q) const {
+    const std::vector<Vec3> at_corners = domain_corners(q);
+    Matrix edges{};
+    if (dim == 2) edges[2][2] = 1;
+    for (std::size_t c = 0; c < at_corners.size(); ++c) {
+      for (std::size_t d = 0; d < dim; ++d) {
+        for (std::size_t k = 0; k < dim; ++k) edges[d][k] += ((c >> k) % 2 == 1 ? 1 : -1) * at_corners[c][d] / Real(at_corners.size());
+      }
+    }
+    const Matrix to_slope = transpose(inverse(edges));
+    std::vector<Corner> out;
+    for (int n = 0; n < node_count(); ++n) {
+      const std::array<int, 3> index{n % nodes(0), n / nodes(0) % nodes(1), n / nodes(0) / nodes(1)};
+      Corner corner{n, 0, {}, {}};
+      Vec3 along_edge{};
+      for (std::size_t d = 0; d < dim; ++d) corner.x[d] = lower[d] + (index[d] - 1) * h[d];
+      for (std::size_t c = 0; c < at_corners.size(); ++c) {
+        Real N = 1.0 / Real(at_corners.size());
+        for (std::size_t d = 0; d < dim; ++d) N *= hat((at_corners[c][d] - corner.x[d]) / h[d]);
+        corner.N += N;
+        for (std::size_t k = 0; k < dim; ++k) along_edge[k] += (c >> k) % 2 == 1 ? N : -N;
+      }
+      if (corner.N == 0) continue;
+      for (std::size_t d = 0; d < dim; ++d) {
+        for (std::size_t k = 0; k < dim; ++k) corner.dN[d] += to_slope[d][k] * along_edge[k];
+      }
+      out.push_back(corner);
+    }
+    return out;
+  }
+
   /// The nodes whose functions live on the particle's cell; a particle on a knot belongs to the cell behind it, on the far side to the
   /// last.
   std::vector<Corner> corners(const ReferenceParticle& q) const {
+    if (is_convected) return convected_corners(q);
     const Vec3& x = is_total ? q.X : q.x;
     std::array<std::vector<Real>, 3> N, dN, place;
     std::array<std::size_t, 3> first{};
@@ -466,15 +530,17 @@ class ReferenceMpm {
     return means;
   }
 
-  void move(Real dt) {
-    for (ReferenceParticle& q : particles) {
-      const std::vector<Corner> c = corners(q);
+  /// Of the particles in a step, by the weights that their velocities were gathered with.
+  std::vector<Vec3> displacements_in(Real dt) const {
+    std::vector<Vec3> all;
+    for (const ReferenceParticle& q : particles) {
       Vec3 u{};
-      for (const Corner& k : c) {
+      for (const Corner& k : corners(q)) {
         for (std::size_t d = 0; d < dim; ++d) u[d] += dt * k.N * v_[at(k.node)][d];
       }
-      for (std::size_t d = 0; d < dim; ++d) q.x[d] += u[d];
+      all.push_back(u);
     }
+    return all;
   }
 
   std::vector<Real> m_;

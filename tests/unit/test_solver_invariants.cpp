@@ -17,7 +17,7 @@ struct Combination {
   std::string name() const {
     const std::string transfers[] = {"", "_pic", "_apic", "_tpic", "_fmpm"};
     return order_name(order) + std::to_string(dim) + "d" +
-           std::vector<std::string>{"", "_bspline2", "_bspline3", "_gimp"}[static_cast<std::size_t>(shape)] +
+           std::vector<std::string>{"", "_bspline2", "_bspline3", "_gimp", "_cpdi"}[static_cast<std::size_t>(shape)] +
            transfers[static_cast<int>(transfer)] + (contact == ContactMethod::single_field ? "" : "_contact");
   }
 };
@@ -211,6 +211,8 @@ std::vector<Combination> combinations() {
         const bool is_dear = dim == 3 && order != StressOrder::musl;
         if (!is_dear) all.push_back({order, dim, ShapeKind::bspline3, transfer});
         if (!is_dear) all.push_back({order, dim, ShapeKind::gimp, transfer});
+        const bool fits_cpdi = order != StressOrder::usf && transfer != Transfer::apic;
+        if (!is_dear && fits_cpdi) all.push_back({order, dim, ShapeKind::cpdi, transfer});
         if (transfer != Transfer::fmpm) all.push_back({order, dim, ShapeKind::linear, transfer, ContactMethod::multi_field});
       }
     }

@@ -179,7 +179,7 @@ TEST(PairContact, three_bodies_keep_momentum) {
 TEST(PairContact, serves_all_shapes) {
   for (const Formulation formulation : {Formulation::updated, Formulation::total}) {
     Real linear = 0;
-    for (const ShapeKind shape : {ShapeKind::linear, ShapeKind::bspline2, ShapeKind::bspline3, ShapeKind::gimp}) {
+    for (const ShapeKind shape : {ShapeKind::linear, ShapeKind::bspline2, ShapeKind::bspline3, ShapeKind::gimp, ShapeKind::cpdi}) {
       Case problem = three_blocks(2, 0.2, formulation);
       problem.solver.shape = shape;
       Simulation sim(problem);
