@@ -72,9 +72,10 @@ void check_shape(const Case& problem, const Input& input) {
   if (problem.solver.shape == ShapeKind::cpdi) {
     const Input& solver = section_of(input, "solver");
     if (problem.solver.transfer == Transfer::apic) {
-      fail_case(at_key(solver, "transfer"), "solver",
-                "transfer = \"apic\" cannot be used with shape = \"cpdi\", whose domains couple the directions of APIC's slopes; use \"flip\", "
-                "\"pic\", \"tpic\" or \"fmpm\"");
+      fail_case(
+          at_key(solver, "transfer"), "solver",
+          "transfer = \"apic\" cannot be used with shape = \"cpdi\", whose domains couple the directions of APIC's slopes; use \"flip\", "
+          "\"pic\", \"tpic\" or \"fmpm\"");
     }
     if (problem.solver.stress_order == StressOrder::usf) {
       fail_case(at_key(solver, "stress_order"), "solver",

@@ -341,9 +341,8 @@ template <SweepVariant V, int Dim, class R, class Shape = typename Variant<V>::t
 using WideInterpolantOf = std::conditional_t<Variant<V>::is_convected, CornerValues<Dim, R>, NodalValues<Dim, R, Shape>>;
 
 template <SweepVariant V, int Dim, class R, class Shape = typename Variant<V>::template Shape<Pack<R>>>
-using InterpolantOf =
-    std::conditional_t<Variant<V>::is_linear, Multilinear<Dim, R>,
-                       std::conditional_t<Variant<V>::is_wide, WideInterpolantOf<V, Dim, R>, Polynomial<Dim, R, Shape>>>;
+using InterpolantOf = std::conditional_t<Variant<V>::is_linear, Multilinear<Dim, R>,
+                                         std::conditional_t<Variant<V>::is_wide, WideInterpolantOf<V, Dim, R>, Polynomial<Dim, R, Shape>>>;
 
 /// Where the particles of a slot are for an interpolant; x: their places in the cells.
 template <SweepVariant V, int Dim, class R, class Shape>

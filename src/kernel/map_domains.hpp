@@ -50,8 +50,7 @@ MPM_INLINE void map_row_of_domains(const SweepContext<Dim, R>& context, SweepChu
       for (int d = 0; Stages<S>::maps_momentum && d < Dim; ++d) {
         P v = P::load(S == Sweep::refine ? buffers.L_grad[k][d] + lane : slot + (at.v + d) * L);
         const R* const C = has_affine ? slot + (at.C + d * Dim) * L : nullptr;
-        for (int c = 0; has_affine && c < Dim; ++c)
-          v += P::load(C + c * L) * (ShapeConvected<P>::place(node[c]) - domain.centre(c)) * h[c];
+        for (int c = 0; has_affine && c < Dim; ++c) v += P::load(C + c * L) * (ShapeConvected<P>::place(node[c]) - domain.centre(c)) * h[c];
         for (int i = 0; i < n; ++i) {
           momentum[d].at[i][part] += N_m[i] * v;
           if (has_affine) v += P::load(C) * h[0];

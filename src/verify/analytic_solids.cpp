@@ -1,7 +1,8 @@
-// Elastic bodies that move freely: a square that turns and travels, a sphere that bounces.
+// Solids: a square that turns and travels, a sphere that bounces, Cook's membrane, a column compacted by its weight.
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "core/error.hpp"
 #include "verify/analytic.hpp"
@@ -341,12 +342,91 @@ void add_cook(VerifySuite& suite) {
                at_most("corner_2", 0.9 * 6.872, fem + "; it locks")});
 }
 
+// --- column compacted by its weight ----------------------------------------------------------------------------------
+// Height 50 m, one cell wide, nu = 0: sigma_yy = -rho g (H - Y) at any strain. With E = 1e4 Pa the lowest particle is pressed to an eighth.
+// Gravity grows over four periods of the column, and damping brings it to rest. Source: Bardenhagen & Kober (2004); Coombs et al. (2020).
+constexpr const char* k_compaction = R"(
+gravity = [0, -10]
+gravity_factors = [0, 1]
+gravity_times = [0, {2}]
+[grid]
+upper = [{0}, 50]
+cells = [1, {1}]
+[time]
+end = {3}
+cfl = 0.3
+[solver]
+stress_order = "usl"
+shape = "{4}"
+damping = {5}
+[[body]]
+name = "column"
+formulation = "{6}"
+region = {{ type = "box", lower = [0, 0], upper = [{0}, 50] }}
+layout = {{ type = "per_cell", count = {7} }}
+material = {{ type = "neo_hookean", density = 80, youngs_modulus = {8}, poissons_ratio = 0 }}
+[[boundary]]
+side = "left"
+[[boundary]]
+side = "right"
+[[boundary]]
+side = "bottom"
+)";
+
+/// Mean error of sigma_yy over rho g H.
+Real compaction_error(const std::string& formulation, const std::string& shape, int cells, Real E, int particles) {
+  const Real period = 4 * 50 / std::sqrt(E / 80);
+  Simulation sim(case_from_text("compaction", fmt::format(k_compaction, 50.0 / cells, cells, 4 * period, 8 * period, shape,
+                                                          2 * std::numbers::pi / period, formulation, particles, E)));
+  const Field X = sim.solver().field(0, "position");
+  sim.run();
+  const Field stress = sim.solver().field(0, "stress");
+  const std::size_t n = X.values.size() / 2;
+  Real sum = 0;
+  for (std::size_t p = 0; p < n; ++p)
+    sum += std::abs(stress.values[p * static_cast<std::size_t>(stress.components) + 1] + 800 * (50 - X.values[2 * p + 1]));
+  return sum / (static_cast<Real>(n) * 800 * 50);
+}
+
+void add_compaction(VerifySuite& suite) {
+  const auto job = [&](const std::string& formulation, const std::string& shape, int particles, const std::string& E,
+                       const VerifyRow& row) {
+    const std::string name = fmt::format("{}_{}_{}_E{}", formulation, shape, particles, E);
+    add_problem(suite,
+                {"compaction",
+                 name,
+                 "",
+                 true,
+                 true,
+                 1e7,
+                 {},
+                 [=] {
+                   Measured m;
+                   for (const int n : {8, 16, 32, 64})
+                     m[fmt::format("{}_{}", name, n)] = compaction_error(formulation, shape, n, std::stod(E), particles * particles);
+                   m["order_" + name] = std::log2(m.at(name + "_8") / m.at(name + "_64")) / 3;
+                   return m;
+                 }},
+                {row});
+  };
+  const std::string source = "closed form; Bardenhagen & Kober (2004)";
+  job("total", "bspline2", 4, "1e4", at_least("order_total_bspline2_4_E1e4", 1.9, source));
+  job("total", "linear", 2, "1e4", at_least("order_total_linear_2_E1e4", 0.95, source));
+  job("updated", "cpdi", 2, "1e4", at_least("order_updated_cpdi_2_E1e4", 1.8, source));
+  job("updated", "cpdi", 2, "1e6", at_least("order_updated_cpdi_2_E1e6", 1.6, source));
+  // Shown beside them.
+  job("updated", "bspline2", 4, "1e4", at_most("order_updated_bspline2_4_E1e4", 1.2, source + "; stalls"));
+  job("updated", "bspline3", 4, "1e4", at_most("order_updated_bspline3_4_E1e4", 1.2, source + "; stalls"));
+  job("updated", "bspline2", 2, "1e6", at_most("order_updated_bspline2_2_E1e6", 0.8, source + "; stalls"));
+}
+
 }  // namespace
 
 void add_solids(VerifySuite& suite) {
   add_squares(suite);
   add_spheres(suite);
   add_cook(suite);
+  add_compaction(suite);
 }
 
 }  // namespace matpoint

@@ -407,9 +407,10 @@ void add_fluid_jobs(JobList& jobs) {
   jobs.add("drop, three kappas, MUSL at 10 x the time step", Presets::both, 2.4e9, drop_quantities("_musl"), [] {
     return drops({"solver.stress_order=musl", "time.dt=1e-5"}, "_musl");
   });
-  jobs.add("drop, three kappas, B-splines, MUSL", Presets::full, 2.4e9,
-           {"crater_depth_15000_bspline2", "crater_depth_30000_bspline2", "crater_depth_60000_bspline2"}, [] {
-             return drops({"solver.stress_order=musl", "time.dt=1e-5", "solver.shape=bspline2"}, "_bspline2");
+  jobs.add("drop, three kappas, B-splines, F-bar, MUSL", Presets::full, 2.4e9,
+           {"crater_depth_15000_bspline2_fbar", "crater_depth_30000_bspline2_fbar", "crater_depth_60000_bspline2_fbar"}, [] {
+             return drops({"solver.stress_order=musl", "time.dt=1e-5", "solver.shape=bspline2", "body.drop.fbar=true", "body.tank.fbar=true"},
+                          "_bspline2_fbar");
            });
   jobs.start("8.6", "gravity_current");
   jobs.add("gravity current to t = 0.10, USL", Presets::quick, 7.2e8, {"heavy_front_t0.10"}, [] { return gravity_current(0.1); });

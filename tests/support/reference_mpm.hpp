@@ -167,9 +167,9 @@ class ReferenceMpm {
   Real reach = 0;  ///< Not 0: hats averaged over this much [cell sides] to both sides instead, but not beyond the grid.
   Transfer transfer = Transfer::flip;
   bool is_convected = false;  ///< With `reach`: the averaged functions are linear between the corners of a domain that deforms with F.
-  bool has_fbar = false;  ///< The volumetric part of L is the mean of a cell, and so is the spherical part of the stress in the forces.
-  int fmpm_order = 1;     ///< Terms of the inverse of the mass matrix.
-  bool is_total = false;  ///< Shape functions in the reference configuration.
+  bool has_fbar = false;      ///< The volumetric part of L is the mean of a cell, and so is the spherical part of the stress in the forces.
+  int fmpm_order = 1;         ///< Terms of the inverse of the mass matrix.
+  bool is_total = false;      ///< Shape functions in the reference configuration.
   Vec3 lower{};
   Vec3 h{1, 1, 1};
   std::array<int, 3> cells{1, 1, 1};

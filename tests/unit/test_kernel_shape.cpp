@@ -69,6 +69,82 @@ TEST(Shape, gimp_weights_are_means_over_the_domain) {
   }
 }
 
+template <int Dim>
+void check_domains() {
+  // Turned, stretched and sheared; the last is longer than a cell, so it is shortened.
+  const Real shears[][3] = {{0, 0, 0}, {0.4, -0.2, 0.1}, {-0.7, 0.5, 0.3}, {3, 1, -2}};
+  for (const auto& side : k_sides) {
+    for (const auto& shear : shears) {
+      for (int k = 0; k <= 20; ++k) {
+        ShapeConvected<Real> shapes[Dim];
+        Real x[Dim], edges[Dim][Dim];
+        for (int d = 0; d < Dim; ++d) {
+          shapes[d] = ShapeConvected<Real>(side[0], side[1], 0);
+          x[d] = std::fmod(0.05 * k + 0.3 * d, 1.0001);
+          for (int e = 0; e < Dim; ++e) edges[d][e] = k_reach * ((d == e) + (d == e ? 0.5 : 1) * shear[(d + e) % 3]);
+        }
+        const ConvectedDomain<Dim, Real> domain(shapes, x, edges);
+        Real sum = 0, slope_sum[Dim] = {}, place[Dim] = {}, slope[Dim][Dim] = {};
+        for (int row = 0; row < rows_of<Dim>(3); ++row) {
+          const int first[3] = {0, row % 4, row / 4};
+          Real N[4], dN[Dim][4];
+          domain.weights_of_row(first, N, dN);
+          for (int i = 0; i < 4; ++i) {
+            const int node[3] = {i, first[1], first[2]};
+            EXPECT_GE(N[i], 0);
+            sum += N[i];
+            for (int d = 0; d < Dim; ++d) {
+              slope_sum[d] += dN[d][i];
+              place[d] += N[i] * (node[d] - 1);
+              for (int e = 0; e < Dim; ++e) slope[d][e] += dN[e][i] * (node[d] - 1);
+              // Nodes beyond the sides of the grid get nothing.
+              if ((side[0] == 0 && node[d] == 0) || (side[1] == 0 && node[d] == 3)) EXPECT_EQ(N[i], 0);
+            }
+          }
+        }
+        EXPECT_NEAR(sum, 1, 1e-14);
+        for (int d = 0; d < Dim; ++d) {
+          EXPECT_NEAR(slope_sum[d], 0, 1e-12);
+          EXPECT_NEAR(place[d], domain.centre(d), 1e-14);
+          for (int e = 0; e < Dim; ++e) EXPECT_NEAR(slope[d][e], d == e, 1e-12) << d << e;
+        }
+      }
+    }
+  }
+}
+
+TEST(Shape, convected_domains_reproduce_linear_functions) {
+  check_domains<2>();
+  check_domains<3>();
+}
+
+TEST(Shape, gradient_over_a_convected_domain_is_the_flux_through_its_sides) {
+  // By the divergence theorem: the mean of grad S over a parallelogram is the sum over its edges of n times the mean of S on the edge,
+  // which is the trapezoid of its corners for a function that is linear in each edge (Sadeghirad et al. 2011, eq. 21).
+  ShapeConvected<Real> shapes[2] = {{2, 2, 0}, {2, 2, 0}};
+  const Real x[2] = {0.4, 0.7};
+  const Real edges[2][2] = {{0.3, 0.12}, {-0.1, 0.25}};
+  const ConvectedDomain<2, Real> domain(shapes, x, edges);
+  const int around[4] = {0, 1, 3, 2};  // counter-clockwise
+  const Real area = 4 * (edges[0][0] * edges[1][1] - edges[0][1] * edges[1][0]);
+  for (int row = 0; row < 4; ++row) {
+    const int node[3] = {0, row, 0};
+    Real N[4], dN[2][4];
+    domain.weights_of_row(node, N, dN);
+    for (int i = 0; i < 4; ++i) {
+      Real flux[2] = {};
+      for (int c = 0; c < 4; ++c) {
+        const Real* const a = domain.corner[around[c]];
+        const Real* const b = domain.corner[around[(c + 1) % 4]];
+        const auto S = [&](const Real* at) { return ShapeConvected<Real>::hat(at[0], i) * ShapeConvected<Real>::hat(at[1], row); };
+        flux[0] += (b[1] - a[1]) * 0.5 * (S(a) + S(b));
+        flux[1] -= (b[0] - a[0]) * 0.5 * (S(a) + S(b));
+      }
+      for (int d = 0; d < 2; ++d) EXPECT_NEAR(dN[d][i], flux[d] / area, 1e-14);
+    }
+  }
+}
+
 TEST(Shape, apic_slope_of_a_square_is_its_least_squares_slope) {
   for (const auto& side : k_sides) {
     const ShapeBSpline2<Real> shape(side[0], side[1], 0);

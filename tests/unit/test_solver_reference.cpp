@@ -276,7 +276,8 @@ std::vector<Comparison> comparisons() {
             const bool has_solid = law == Law::neo_hookean;
             all.push_back({dim, order, law, Layout::jittered, 1, 0, k_light, 0.1, dim == 3 ? (is_wide ? 10 : 30) : (is_wide ? 60 : 120),
                            shape, transfer, formulation});
-            if (dim == 2 && has_solid && formulation == Formulation::updated && (!is_wide || transfer == Transfer::apic || shape == ShapeKind::cpdi)) {
+            if (dim == 2 && has_solid && formulation == Formulation::updated &&
+                (!is_wide || transfer == Transfer::apic || shape == ShapeKind::cpdi)) {
               all.push_back({dim, order, law, Layout::crowded, 1, 0, k_light, 0, 100, shape, transfer, formulation});
               all.push_back({dim, order, law, Layout::fast, 1, 0, k_light, 0, 8, shape, transfer, formulation});
             }
