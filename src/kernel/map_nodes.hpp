@@ -78,10 +78,10 @@ MPM_INLINE void map_row_momentum(const SweepContext<Dim, R>& context, SweepChunk
   NodeSums<R, n> momentum[Dim];
   for (int part = 0; part < NodeSums<R, n>::k_parts; ++part) {
     const int lane = part * P::k_width;
-    P m_sum[n], p_sum[Dim][n], place[Dim], step[n];
-    typename Variant<V>::template Shape<P> shapes[Dim];
+    P m_sum[n], p_sum[Dim][n], place[Dim]{}, step[n]{};
+    typename Variant<V>::template Shape<P> shapes[Dim]{};
     for (int i = 0; i < n; ++i) {
-      m_sum[i] = step[i] = P(0);
+      m_sum[i] = P(0);
       for (int d = 0; d < Dim; ++d) p_sum[d][i] = P(0);
     }
     if (has_affine) {

@@ -396,7 +396,7 @@ void add_compaction(VerifySuite& suite) {
                 {"compaction",
                  name,
                  "",
-                 true,
+                 shape == "cpdi" && E == "1e4",
                  true,
                  1e7,
                  {},
