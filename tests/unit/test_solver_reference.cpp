@@ -257,7 +257,7 @@ std::vector<Comparison> comparisons() {
       for (const Law law : {Law::st_venant_kirchhoff, Law::neo_hookean, Law::newtonian_fluid}) {
         for (const Layout layout : {Layout::lattice, Layout::jittered, Layout::crowded, Layout::fast}) {
           // The fast bodies reach the far side in nine steps.
-          const int steps = layout == Layout::fast ? 8 : dim == 3 ? 100 : 200;
+          const int steps = layout == Layout::fast ? 8 : dim == 3 ? 60 : 150;
           all.push_back({dim, order, law, layout, 1, 0, k_light, 0, steps});
         }
       }
