@@ -22,7 +22,7 @@ struct ConvectedDomain {
   T inverse[Dim][Dim];       ///< R^-1
 
   ConvectedDomain() = default;
-  /// R in cell sides, one edge per column; x: the place in the cell.
+  /// R in cell sides, half an edge per column; x: the place in the cell.
   MPM_SHAPE_INLINE ConvectedDomain(const ShapeConvected<T>* shapes, const T* x, const T (&R)[Dim][Dim]) {
     T ends[Dim][Dim];
     for (int d = 0; d < Dim; ++d) {

@@ -329,7 +329,7 @@ void add_cook(VerifySuite& suite) {
               {"cook",
                "F-bar",
                "",
-               true,
+               false,
                true,
                3e7,
                {},

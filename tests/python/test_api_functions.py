@@ -152,7 +152,7 @@ def test_a_predicate_chooses_the_nodes_of_a_boundary():
     assert simulations[0].history["boundary_impulse_y"][-1] > 0
 
 
-@pytest.mark.parametrize("shape", ["bspline2", "bspline3", "gimp"])
+@pytest.mark.parametrize("shape", ["bspline2", "bspline3", "gimp", "cpdi"])
 def test_nodes_are_chosen_by_their_places_also_with_wider_shapes(shape):
     by_function, by_region = block(solver=mp.Solver(shape=shape)), block(solver=mp.Solver(shape=shape))
     by_function.boundary = mp.Boundary(region=mp.Where(lambda x: x[:, 1] < 0.3), kind="fixed")
