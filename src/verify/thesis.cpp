@@ -375,6 +375,12 @@ void add_solid_jobs(JobList& jobs) {
       }
     }
   }
+  for (const int cells : {7, 8}) {
+    const std::string tail = fmt::format("{0}x{0}_20_cpdi", cells);
+    jobs.add(fmt::format("truss, {0} x {0} cells, 20 x 20 points, CPDI", cells), Presets::both, 8e6, {"ly_" + tail, "lx_" + tail}, [=] {
+      return truss(cells, 20, false, {"solver.shape=cpdi", "time.dt=1e-4"}, "_cpdi");
+    });
+  }
   jobs.start("8.2.1", "truss_slim");
   for (const auto& [law, label] : {std::pair<std::string, std::string>("neo_hookean", "NH"), {"st_venant_kirchhoff", "StVK"}}) {
     const std::string head = label + "_ymin_t0.04_0.08_0.12";
