@@ -39,19 +39,16 @@ Index CellBlocks<Dim, R>::key_of(const Place<Dim>& first) const {
 }
 
 template <int Dim, class R>
-R* CellBlocks<Dim, R>::take_page(Band& band) {
-  if (!band.unused_pages.empty()) {
-    R* const page = band.unused_pages.back();
-    band.unused_pages.pop_back();
-    return page;
+R* CellBlocks<Dim, R>::take_slot(Band& band) {
+  if (!band.unused_slots.empty()) {
+    R* const slot = band.unused_slots.back();
+    band.unused_slots.pop_back();
+    return slot;
   }
-  const std::size_t page_size = static_cast<std::size_t>(BlockType::k_page_slots * layout_.field_count * L);
-  R* const page = static_cast<R*>(pages_.take(page_size * sizeof(R)));
+  R* const slot = static_cast<R*>(slots_.take(static_cast<std::size_t>(layout_.field_count * L) * sizeof(R)));
   // The kernels work empty lanes, too: an undeformed particle at rest is harmless there.
-  for (int k = 0; k < BlockType::k_page_slots; ++k) {
-    for (int d = 0; d < Dim; ++d) std::fill_n(page + (k * layout_.field_count + layout_.F + d * Dim + d) * L, L, R{1});
-  }
-  return page;
+  for (int d = 0; d < Dim; ++d) std::fill_n(slot + (layout_.F + d * Dim + d) * L, L, R{1});
+  return slot;
 }
 
 template <int Dim, class R>
@@ -114,8 +111,8 @@ std::pair<Block<Dim, R>*, int> CellBlocks<Dim, R>::insert(const Place<Dim>& cell
 template <int Dim, class R>
 void CellBlocks<Dim, R>::insert(Band& band, BlockType& block, int lane, const R* fields) {
   const int k = block.count(lane);
-  if (k / BlockType::k_page_slots >= block.page_count) block.push_page(take_page(band));
-  R* const slot = block.slot(k, layout_.field_count) + lane;
+  if (k >= block.held_count) block.push_slot(take_slot(band));
+  R* const slot = block.slot(k) + lane;
   for (int f = 0; f < layout_.field_count; ++f) slot[f * L] = fields[f];
   block.counts[lane] = static_cast<R>(k + 1);
   block.slot_count = std::max(block.slot_count, k + 1);
@@ -127,7 +124,7 @@ void CellBlocks<Dim, R>::extract(Band& band, BlockType& block, std::vector<Mover
   std::sort(movers.begin(), movers.end(),
             [](const Mover<R>& a, const Mover<R>& b) { return a.slot != b.slot ? a.slot > b.slot : a.lane > b.lane; });
   for (const Mover<R>& mover : movers) {
-    R* const slot = block.slot(mover.slot, layout_.field_count) + mover.lane;
+    R* const slot = block.slot(mover.slot) + mover.lane;
     typename MovingParticles<Dim, R>::Target target{block.first, false};
     target.cell[0] += mover.lane;
     const std::size_t begin = band.leaving.values.size();
@@ -156,7 +153,7 @@ void CellBlocks<Dim, R>::extract(Band& band, BlockType& block, std::vector<Mover
     band.leaving.targets.push_back(target);
     const int last = block.count(mover.lane) - 1;
     if (last != mover.slot) {
-      const R* const from = block.slot(last, layout_.field_count) + mover.lane;
+      const R* const from = block.slot(last) + mover.lane;
       for (int f = 0; f < layout_.field_count; ++f) slot[f * L] = from[f * L];
     }
     block.counts[mover.lane] = static_cast<R>(last);
@@ -169,8 +166,7 @@ void CellBlocks<Dim, R>::prune(Band& band) {
   for (BlockRow<BlockType>& row : band.rows) {
     for (BlockType*& block : row.blocks) {
       if (block == nullptr) continue;
-      const int needed = (block->slot_count + BlockType::k_page_slots - 1) / BlockType::k_page_slots;
-      while (block->page_count > needed) band.unused_pages.push_back(block->pop_page());
+      while (block->held_count > block->slot_count) band.unused_slots.push_back(block->pop_slot());
       if (block->slot_count > 0) continue;
       for (int r = 0; r < grid_.row_count(); ++r) {
         for (Tile<Dim, R>* tile : block->tiles[r]) grid_.release(tile);
@@ -201,9 +197,9 @@ Vec3 CellBlocks<Dim, R>::position(const BlockType& block, const R* fields, int l
 
 template <int Dim, class R>
 Index CellBlocks<Dim, R>::memory() const {
-  auto bytes = static_cast<std::size_t>(pages_.memory() + blocks_.memory());
+  auto bytes = static_cast<std::size_t>(slots_.memory() + blocks_.memory());
   for (const Band& band : bands_) {
-    bytes += (band.blocks.capacity() + band.unused_pages.capacity() + band.unused.capacity()) * sizeof(void*);
+    bytes += (band.blocks.capacity() + band.unused_slots.capacity() + band.unused.capacity()) * sizeof(void*);
     bytes +=
         band.leaving.values.capacity() * sizeof(R) + band.leaving.targets.capacity() * sizeof(typename MovingParticles<Dim, R>::Target);
     for (const BlockRow<BlockType>& row : band.rows) bytes += sizeof row + row.blocks.capacity() * sizeof(BlockType*);

@@ -1,8 +1,8 @@
 // The particles of one body in memory: blocks of cells, as kernel/kernel.hpp describes. Private to body/: everybody else sees fields in
 // the order of ids.
 //
-// Slots come in pages, so a cell may hold any number of particles: a full cell grows its block by a page. Particles are never sorted:
-// one that leaves its cell is taken out, its place is filled by the cell's last, and it is put into its new cell after the sweep.
+// A cell may hold any number of particles: a full one grows its block by a slot. Particles are never sorted: one that leaves its cell is
+// taken out, its place is filled by the cell's last, and it is put into its new cell after the sweep.
 #pragma once
 
 #include <algorithm>
@@ -17,33 +17,31 @@ namespace matpoint {
 template <int Dim, class R>
 struct Block {
   static constexpr int L = k_lanes<R>;
-  static constexpr int k_page_slots = Dim == 2 ? 2 : 4;
-  /// Pages whose addresses lie in the block itself: enough for 12 particles in a cell in 2D, 16 in 3D.
-  static constexpr int k_near_pages = Dim == 2 ? 6 : 4;
+  /// Slots whose addresses lie in the block itself.
+  static constexpr int k_near_slots = Dim == 2 ? 12 : 16;
 
   alignas(64) R counts[L] = {};  ///< Particles in each cell.
   int slot_count = 0;            ///< The largest of the counts.
-  int page_count = 0;
-  R* near_pages[k_near_pages] = {};
+  int held_count = 0;            ///< Slots that the block has memory for.
+  R* near_slots[k_near_slots] = {};
   Tile<Dim, R>* tiles[k_rows_max<Dim>][2] = {};  ///< Of as many rows as the grid's shape functions have; the others are null.
   Index key = 0;
   Place<Dim> first{};  ///< The cell of lane 0.
-  std::vector<R*> far_pages;
+  std::vector<R*> far_slots;
 
-  R* page(int i) const { return i < k_near_pages ? near_pages[i] : far_pages[static_cast<std::size_t>(i - k_near_pages)]; }
-  R* slot(int k, int field_count) const { return page(k / k_page_slots) + (k % k_page_slots) * field_count * L; }
+  R* slot(int k) const { return k < k_near_slots ? near_slots[k] : far_slots[static_cast<std::size_t>(k - k_near_slots)]; }
   int count(int lane) const { return static_cast<int>(counts[lane]); }
 
-  void push_page(R* page) {
-    if (page_count < k_near_pages)
-      near_pages[page_count] = page;
+  void push_slot(R* slot) {
+    if (held_count < k_near_slots)
+      near_slots[held_count] = slot;
     else
-      far_pages.push_back(page);
-    ++page_count;
+      far_slots.push_back(slot);
+    ++held_count;
   }
-  R* pop_page() {
-    R* const last = page(--page_count);
-    if (page_count >= k_near_pages) far_pages.pop_back();
+  R* pop_slot() {
+    R* const last = slot(--held_count);
+    if (held_count >= k_near_slots) far_slots.pop_back();
     return last;
   }
 };
@@ -136,7 +134,7 @@ class CellBlocks {
     std::vector<BlockRow<BlockType>> rows;
     bool is_list_old = false;
     std::vector<BlockType*> unused;
-    std::vector<R*> unused_pages;
+    std::vector<R*> unused_slots;
   };
 
   CellBlocks(GridType& grid, const SlotLayout<Dim>& layout);
@@ -162,7 +160,7 @@ class CellBlocks {
   int band_of(const Place<Dim>& cell) const { return grid_.band_of(cell[Dim - 1]); }
   /// Takes the particles out of a block that `movers` names, into `band.leaving`.
   void extract(Band& band, BlockType& block, std::vector<Mover<R>>& movers);
-  /// Gives back blocks without particles, and pages that are not needed. All even bands, then all odd ones, may run side by side.
+  /// Gives back blocks without particles, and slots that are not needed. All even bands, then all odd ones, may run side by side.
   void prune(Band& band);
   /// Leaves all cells empty; the number of particles stays as it is, and so do the blocks, for they are to come back. Then prune.
   void remove_all();
@@ -176,7 +174,7 @@ class CellBlocks {
       for (const BlockType* block : row.blocks) {
         if (block == nullptr) continue;
         for (int k = 0; k < block->slot_count; ++k) {
-          const R* const slot = block->slot(k, layout_.field_count);
+          const R* const slot = block->slot(k);
           for (int lane = 0; lane < L; ++lane) {
             if (k < block->count(lane)) f(slot + lane, position(*block, slot + lane, lane));
           }
@@ -193,13 +191,13 @@ class CellBlocks {
 
  private:
   BlockType* find_or_make(Band& band, const Place<Dim>& first);
-  R* take_page(Band& band);
+  R* take_slot(Band& band);
   Index key_of(const Place<Dim>& first) const;
   std::size_t row_of(const Place<Dim>& cell) const;
 
   GridType& grid_;
   SlotLayout<Dim> layout_;
-  Arena pages_;
+  Arena slots_;
   Arena blocks_;
   std::vector<Band> bands_;
   Index count_ = 0;

@@ -39,7 +39,7 @@ void set_fetch(Sweep what, SweepChunk<Dim, R>& chunk, const Block<Dim, R>& soon,
   const bool is_plain = layout.volume < 0 && layout.C < 0 && layout.u < 0 && layout.b < 0;
   const int fields = updates_stress(what) || !is_plain ? layout.id : layout.F;
   for (int k = first; k < end; ++k) {
-    const char* const begin = reinterpret_cast<const char*>(soon.slot(k, layout.field_count));
+    const char* const begin = reinterpret_cast<const char*>(soon.slot(k));
     chunk.fetch[count++] = {begin, begin + static_cast<std::size_t>(fields * k_lanes<R>) * sizeof(R)};
   }
   if (first == 0) {
@@ -123,7 +123,7 @@ void ParticleBody<Dim, R>::seed(const BodySpec& spec, const std::string& where, 
       places[p][s] = std::min(place - cells[p][s], Real{1});               // on the far side a division may round to more
     }
   }
-  // Cell by cell, so that blocks and their pages lie in the order of the sweep.
+  // Cell by cell, so that blocks and their slots lie in the order of the sweep.
   std::vector<std::uint32_t> order(n);
   std::iota(order.begin(), order.end(), 0u);
   std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
@@ -220,7 +220,6 @@ template <int Dim, class R>
 void ParticleBody<Dim, R>::sweep_band(Sweep what, std::size_t band_index, BandReport& report) {
   Band& band = blocks_->bands()[band_index];
   const auto kernel = kernels_.sweeps[static_cast<int>(variant())][static_cast<int>(what)];
-  const int field_count = blocks_->layout().field_count;
   blocks_->list_blocks(band);
   const std::vector<Block<Dim, R>*>& blocks = band.blocks;
   const std::size_t block_count = blocks.size();
@@ -243,7 +242,7 @@ void ParticleBody<Dim, R>::sweep_band(Sweep what, std::size_t band_index, BandRe
     movers.clear();
     for (int first = 0; first < block->slot_count; first += k_chunk_slots) {
       chunk.slot_count = std::min(k_chunk_slots, block->slot_count - first);
-      for (int k = 0; k < chunk.slot_count; ++k) chunk.slots[k] = block->slot(first + k, field_count);
+      for (int k = 0; k < chunk.slot_count; ++k) chunk.slots[k] = block->slot(first + k);
       set_fetch(what, chunk, soon, later, first, blocks_->layout());
       for (int lane = 0; lane < k_lanes<R>; ++lane) chunk.counts[lane] = block->counts[lane] - static_cast<R>(first);
       kernel(report.context, chunk);

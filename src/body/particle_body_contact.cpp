@@ -45,7 +45,7 @@ void ParticleBody<Dim, R>::add_surfaces(const TileNodes<Dim>& nodes, std::vector
     Shape shapes[Dim];
     for (int d = 0; d < Dim; ++d) shapes[d] = shape_at<Shape>(block.first[static_cast<std::size_t>(d)] + (d == 0 ? lane : 0), d);
     for (int k = 0; k < block.count(lane); ++k) {
-      const R* const fields = block.slot(k, at.field_count) + lane;
+      const R* const fields = block.slot(k) + lane;
       const Particle p{fields, L, blocks_->position(block, fields, lane)};
       R w[Dim][n], dw[Dim][n];
       for (int d = 0; d < Dim; ++d) shapes[d].weights(fields[(at.x + d) * L], w[d], dw[d]);
@@ -68,7 +68,7 @@ void ParticleBody<Dim, R>::measure_gaps(const TileNodes<Dim>& nodes, int axis, b
   const auto d = static_cast<std::size_t>(axis);
   for_each_cell_around(nodes, [&](std::size_t i, const std::array<int, 3>&, const Block<Dim, R>& block, int lane) {
     for (int k = 0; k < block.count(lane); ++k) {
-      const R* const fields = block.slot(k, blocks_->layout().field_count) + lane;
+      const R* const fields = block.slot(k) + lane;
       const Particle p{fields, k_lanes<R>, blocks_->position(block, fields, lane)};
       const Real distance = is_upper ? grid_.upper(axis) - p.position[d] : p.position[d] - grid_.lower(axis);
       gaps[i] = std::min(gaps[i], distance - reach_ * grid_.cell_size(axis) * std::pow(J(p), Real{1} / Dim));
@@ -165,7 +165,7 @@ auto ParticleBody<Dim, R>::seats() const -> const std::vector<Seat>& {
   const SlotLayout<Dim>& at = blocks_->layout();
   for (const Band& band : blocks_->bands()) {
     for_each_place_near(band, {}, [&](const Block<Dim, R>& block, int k, int lane) {
-      const R* const fields = block.slot(k, at.field_count) + lane;
+      const R* const fields = block.slot(k) + lane;
       seats_[static_cast<std::size_t>(id_from_bits(fields[at.id * k_lanes<R>]))] = {&block, k, lane};
     });
   }
@@ -176,7 +176,7 @@ template <int Dim, class R>
 std::vector<MovingPoint<Dim>> ParticleBody<Dim, R>::particles_in(const Extent<Dim>& box, const std::vector<Index>* candidates) const {
   const SlotLayout<Dim>& at = blocks_->layout();
   const auto push_if_in = [&](const Block<Dim, R>& block, int k, int lane, std::vector<MovingPoint<Dim>>& points) {
-    const R* const fields = block.slot(k, at.field_count) + lane;
+    const R* const fields = block.slot(k) + lane;
     const Vec3 x = position_of(fields, k_lanes<R>, blocks_->position(block, fields, lane));
     MovingPoint<Dim> point;
     bool is_in = true;
@@ -228,7 +228,7 @@ template <class Shape>
 void ParticleBody<Dim, R>::add_forces_with(const std::vector<Real>& values, const std::vector<Index>& ids, const Extent<Dim>& box) {
   const SlotLayout<Dim>& at = blocks_->layout();
   const auto add = [&](const Block<Dim, R>& block, int k, int lane) {
-    const R* const fields = block.slot(k, at.field_count) + lane;
+    const R* const fields = block.slot(k) + lane;
     const Real* const force = &values[static_cast<std::size_t>(id_from_bits(fields[at.id * k_lanes<R>])) * Dim];
     if (std::any_of(force, force + Dim, [](Real f) { return f != 0; })) add_force_with<Shape>(block, lane, fields, force);
   };

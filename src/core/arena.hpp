@@ -2,6 +2,7 @@
 // with huge pages (a sweep over 10^6 particles otherwise spends a good part of its time in the page tables).
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdlib>
 #include <cstring>
@@ -40,9 +41,9 @@ class Arena {
  private:
   static constexpr std::size_t k_huge_page = std::size_t{2} << 20;
 
-  /// A new run, an eighth of what there is: the slack stays small beside what is used.
+  /// A new run, a part of what there is: the slack stays small beside what is used, and a sweep never waits long for new memory.
   void grow(std::size_t bytes) {
-    std::size_t size = total_ / 8 > bytes ? total_ / 8 : bytes;
+    std::size_t size = std::max(total_ / 32, bytes);
     if (size < std::size_t{16} << 10) size = std::size_t{16} << 10;
     const std::size_t alignment = size >= k_huge_page ? k_huge_page : 64;
     size = (size + alignment - 1) / alignment * alignment;

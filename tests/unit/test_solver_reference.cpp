@@ -67,7 +67,7 @@ Seeds seeds_of(const Comparison& c) {
     case Layout::jittered: return jittered(block, dim, 0.02);
     case Layout::fast: return jittered(lattice(dim, {-0.2, 0.4, 0.3}, {0.5, 0.9, 0.8}, {6, 5, 4}), dim, 0.02);
     case Layout::crowded: {
-      // Forty or more particles in one cell, a few around it, and one apart: blocks of many pages and of one particle.
+      // Forty or more particles in one cell, a few around it, and one apart: blocks of many slots and of one particle.
       Seeds seeds = jittered(lattice(dim, {0.41, 0.46, 0.42}, {0.59, 0.69, 0.68}, {7, 6, 3}), dim, 0.004);
       const Seeds around = jittered(lattice(dim, {0.1, 0.3, 0.3}, {1.5, 1.1, 1.0}, {9, 4, 3}), dim, 0.05);
       seeds.position.insert(seeds.position.end(), around.position.begin(), around.position.end());
