@@ -95,7 +95,13 @@ class Body {
   virtual Real smallest_particle_mass() const = 0;
   virtual BodyTotals totals(const Vec3& gravity) const = 0;
   virtual std::vector<std::string> field_names() const = 0;
-  virtual Field field(const std::string& name, std::size_t body) const = 0;
+  /// As Solver::take_fields.
+  virtual void take_fields(const std::vector<std::string>& names, std::size_t body, int vector_size, std::vector<Field>& fields) const = 0;
+  Field field(const std::string& name, std::size_t body) const {
+    std::vector<Field> one;
+    take_fields({name}, body, Dim, one);
+    return std::move(one.front());
+  }
   virtual void set_field(const std::string& name, const std::vector<Real>& values) = 0;
   virtual Index memory() const = 0;
   virtual Occupancy occupancy() const = 0;

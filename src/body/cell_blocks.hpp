@@ -170,15 +170,20 @@ class CellBlocks {
   /// Calls f(fields, position) for all particles of a band: field f of the particle is fields[f * k_lanes], position in m.
   template <class F>
   void for_each(const Band& band, F&& f) const {
+    for_each_block(band, [&](const BlockType& block) {
+      for (int k = 0; k < block.slot_count; ++k) {
+        const R* const slot = block.slot(k);
+        for (int lane = 0; lane < L; ++lane) {
+          if (k < block.count(lane)) f(slot + lane, position(block, slot + lane, lane));
+        }
+      }
+    });
+  }
+  template <class F>
+  void for_each_block(const Band& band, F&& f) const {
     for (const BlockRow<BlockType>& row : band.rows) {
       for (const BlockType* block : row.blocks) {
-        if (block == nullptr) continue;
-        for (int k = 0; k < block->slot_count; ++k) {
-          const R* const slot = block->slot(k);
-          for (int lane = 0; lane < L; ++lane) {
-            if (k < block->count(lane)) f(slot + lane, position(*block, slot + lane, lane));
-          }
-        }
+        if (block != nullptr) f(*block);
       }
     }
   }

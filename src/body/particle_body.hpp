@@ -9,6 +9,8 @@
 
 namespace matpoint {
 
+struct WantedFields;
+
 /// What the solver chose for its bodies of particles.
 struct ParticleScheme {
   ShapeKind shape = ShapeKind::linear;
@@ -42,7 +44,7 @@ class ParticleBody final : public Body<Dim> {
   Real smallest_particle_mass() const override { return smallest_volume_ * material_->density(); }
   BodyTotals totals(const Vec3& gravity) const override;
   std::vector<std::string> field_names() const override;
-  Field field(const std::string& name, std::size_t body) const override;
+  void take_fields(const std::vector<std::string>& names, std::size_t body, int vector_size, std::vector<Field>& fields) const override;
   void set_field(const std::string& name, const std::vector<Real>& values) override;
   Index memory() const override { return blocks_->memory(); }
   Occupancy occupancy() const override;
@@ -57,6 +59,7 @@ class ParticleBody final : public Body<Dim> {
     const R* fields;
     int stride;
     Vec3 position;
+    const R* tau = nullptr;  ///< Kirchhoff stress, with the stride of the fields, where it was made for all lanes of a slot at once.
     Real field(int f) const { return static_cast<Real>(fields[f * stride]); }
   };
   /// A particle outside of the grid: its fields and its stress, one after the other.
@@ -130,11 +133,14 @@ class ParticleBody final : public Body<Dim> {
   /// The same on all threads: f must not touch what it touches for another particle.
   template <class F>
   void for_each_particle_in_parallel(F&& f) const;
+  /// Calls f(particle) for all in a band, with their stresses made by the law's kernel where it follows from F.
+  template <class F>
+  void for_each_with_stress(const Band& band, F&& f) const;
   Particle particle_of(const Outside& outside) const { return {outside.fields.data(), 1, outside.position}; }
   Index id(const Particle& p) const { return id_from_bits(p.fields[blocks_->layout().id * p.stride]); }
-  // What gather_field (particle_fields.hpp) asks for.
-  template <int D, class Body, class Gather>
-  friend Field gather_field(const Body&, const Material&, const std::string&, std::size_t, const std::string&, Gather&&);
+  // What gather_fields (particle_fields.hpp) asks for.
+  template <class Of, class ForEach>
+  friend void gather_fields(const Of&, const WantedFields&, Real, std::size_t, std::vector<Field>&, ForEach&&);
   Vec3 position(const Particle& p) const { return p.position; }
   /// Of the particle with the fields, whose place in the cells is `place`.
   Vec3 position_of(const R* fields, int stride, Vec3 place) const;
@@ -143,6 +149,7 @@ class ParticleBody final : public Body<Dim> {
   Material::Matrix deformation_gradient(const Particle& p) const;
   Real J(const Particle& p) const;
   std::array<Real, 6> cauchy_stress(const Particle& p) const;
+  Material::Matrix affine_velocity(const Particle& p) const;
   BodyTotals totals_of(const Particle& p, const Vec3& gravity) const;
   void set_velocity(const std::vector<Real>& values);
   void set_deformation_gradient(const std::vector<Real>& values);

@@ -48,12 +48,60 @@ std::array<Real, 6> ParticleBody<Dim, R>::cauchy_stress(const Particle& p) const
   const SlotLayout<Dim>& at = blocks_->layout();
   if (at.tau >= 0) {
     for (std::size_t s = 0; s < k_stress_size<Dim>; ++s) sigma[s] = p.field(at.tau + static_cast<int>(s));
+  } else if (p.tau != nullptr) {
+    for (std::size_t s = 0; s < k_stress_size<Dim>; ++s) sigma[s] = static_cast<Real>(p.tau[static_cast<int>(s) * p.stride]);
   } else {
     sigma = components_of(material_->kirchhoff_stress(deformation_gradient(p)));
   }
   const Real volume_ratio = J(p);
   for (Real& component : sigma) component /= volume_ratio;
   return sigma;
+}
+
+template <int Dim, class R>
+Material::Matrix ParticleBody<Dim, R>::affine_velocity(const Particle& p) const {
+  Material::Matrix affine{};
+  for (int r = 0; r < Dim; ++r) {
+    for (int c = 0; c < Dim; ++c) affine[static_cast<std::size_t>(3 * r + c)] = p.field(blocks_->layout().C + r * Dim + c);
+  }
+  return affine;
+}
+
+template <int Dim, class R>
+template <class F>
+void ParticleBody<Dim, R>::for_each_with_stress(const Band& band, F&& f) const {
+  constexpr int L = k_lanes<R>;
+  Context context = make_context(0, 0);
+  alignas(64) R tau[k_chunk_slots][k_stress_size<Dim>][L];
+  alignas(64) R counts[L];
+  R* slots[k_chunk_slots];
+  int slots_in_use[k_parts_max];
+  LawChunk<Dim, R> chunk;
+  chunk.slots = slots;
+  chunk.counts = counts;
+  chunk.slots_in_use = slots_in_use;
+  chunk.layout = &context.layout;
+  chunk.uniform_volume = context.uniform_volume;
+  chunk.tau = &tau[0][0][0];
+  chunk.J_min = context.J_min;
+  chunk.J_max = context.J_max;
+  blocks_->for_each_block(band, [&](const Block<Dim, R>& block) {
+    for (int first = 0; first < block.slot_count; first += k_chunk_slots) {
+      const int slot_count = std::min(k_chunk_slots, block.slot_count - first);
+      for (int k = 0; k < slot_count; ++k) slots[k] = block.slot(first + k);
+      for (int lane = 0; lane < L; ++lane) counts[lane] = block.counts[lane] - static_cast<R>(first);
+      std::fill_n(slots_in_use, k_parts_max, slot_count);
+      // With no velocity gradient a kernel changes nothing but the stresses of rate-dependent laws, which are here already.
+      if (context.layout.tau < 0) context.law_kernel(context.law, chunk);
+      for (int k = 0; k < slot_count; ++k) {
+        for (int lane = 0; lane < L; ++lane) {
+          if (!(static_cast<R>(k) < counts[lane])) continue;
+          const R* const fields = slots[k] + lane;
+          f(Particle{fields, L, position_of(fields, L, blocks_->position(block, fields, lane)), &tau[k][0][lane]});
+        }
+      }
+    }
+  });
 }
 
 template <int Dim, class R>
@@ -68,9 +116,7 @@ BodyTotals ParticleBody<Dim, R>::totals(const Vec3& gravity) const {
   std::vector<BodyTotals> parts(bands.size());
   parallel_for(static_cast<Index>(bands.size()), blocks_->count(), [&](Index b) {
     const auto s = static_cast<std::size_t>(b);
-    blocks_->for_each(bands[s], [&](const R* fields, const Vec3& place) {
-      add(parts[s], totals_of(Particle{fields, k_lanes<R>, position_of(fields, k_lanes<R>, place)}, gravity));
-    });
+    for_each_with_stress(bands[s], [&](const Particle& p) { add(parts[s], totals_of(p, gravity)); });
   });
   BodyTotals sum;
   for (const BodyTotals& part : parts) {
@@ -121,31 +167,25 @@ void ParticleBody<Dim, R>::for_each_particle_in_parallel(F&& f) const {
 }
 
 template <int Dim, class R>
-Field ParticleBody<Dim, R>::field(const std::string& name, std::size_t body) const {
+void ParticleBody<Dim, R>::take_fields(const std::vector<std::string>& names, std::size_t body, int vector_size,
+                                       std::vector<Field>& fields) const {
+  const WantedFields wanted = prepare_fields(name_, field_names(), names, vector_size, particle_count(), fields);
   // Without removed particles an id is its own row.
   const std::vector<std::int32_t> rows = particle_count() == id_count_ ? std::vector<std::int32_t>{} : rows_of_ids();
-  const auto gather = [&](const std::string& unit, std::size_t components, auto&& values_of) {
-    Field field{name, unit, static_cast<int>(components), {}};
-    field.values.resize(static_cast<std::size_t>(particle_count()) * components);
-    for_each_particle_in_parallel([&](const Particle& p) {
+  gather_fields(*this, wanted, material_->density(), body, fields, [&](bool needs_stress, auto&& f) {
+    const auto at_row = [&](const Particle& p) {
       const auto number = static_cast<std::size_t>(id(p));
-      const std::size_t row = rows.empty() ? number : static_cast<std::size_t>(rows[number]);
-      const auto values = values_of(p);
-      std::copy_n(values.begin(), components, field.values.begin() + static_cast<std::ptrdiff_t>(row * components));
-    });
-    return field;
-  };
-  const int C = blocks_->layout().C;
-  if (name == "affine_velocity" && C >= 0) {
-    return gather("1/s", 9, [&](const Particle& p) {
-      Material::Matrix affine{};
-      for (int r = 0; r < Dim; ++r) {
-        for (int c = 0; c < Dim; ++c) affine[static_cast<std::size_t>(3 * r + c)] = p.field(C + r * Dim + c);
-      }
-      return affine;
-    });
-  }
-  return gather_field<Dim>(*this, *material_, name_, body, name, gather);
+      f(p, rows.empty() ? number : static_cast<std::size_t>(rows[number]));
+    };
+    if (!needs_stress) {
+      for_each_particle_in_parallel(at_row);
+      return;
+    }
+    const std::vector<Band>& bands = blocks_->bands();
+    parallel_for(static_cast<Index>(bands.size()), blocks_->count(),
+                 [&](Index b) { for_each_with_stress(bands[static_cast<std::size_t>(b)], at_row); });
+    for (const Outside& outside : outside_) at_row(particle_of(outside));
+  });
 }
 
 template <int Dim, class R>
@@ -285,7 +325,7 @@ template <int Dim, class R>
 void ParticleBody<Dim, R>::set_position(const std::vector<Real>& values) {
   if (blocks_->layout().u >= 0) {
     // The particle keeps its place in the reference configuration.
-    std::vector<Real> old = field("position", 0).values;
+    std::vector<Real> old = this->field("position", 0).values;
     change_each_particle([&](R* fields, int stride, std::size_t row) {
       for (int d = 0; d < Dim; ++d) {
         const std::size_t k = row * Dim + static_cast<std::size_t>(d);

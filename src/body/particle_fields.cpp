@@ -8,10 +8,55 @@
 
 namespace matpoint {
 
+namespace {
+
+struct FieldShape {
+  const char* name;
+  const char* unit;
+  int components;  ///< 0: of a vector.
+};
+/// In the order of ParticleField.
+constexpr FieldShape k_shapes[] = {{"position", "m", 0},   {"velocity", "m/s", 0}, {"stress", "Pa", 6},
+                                   {"von_mises", "Pa", 1}, {"pressure", "Pa", 1},  {"deformation_gradient", "1", 9},
+                                   {"J", "1", 1},          {"id", "1", 1},         {"mass", "kg", 1},
+                                   {"volume", "m^3", 1},   {"body", "1", 1},       {"affine_velocity", "1/s", 9}};
+
+[[noreturn]] void fail_unknown_field(const std::string& body, const std::string& name, const std::vector<std::string>& known) {
+  throw InputError("body \"{}\" has no field \"{}\", it has {}{}", body, name, list_names(known), did_you_mean(name, known));
+}
+
+}  // namespace
+
 const std::vector<std::string>& particle_field_names() {
-  static const std::vector<std::string> names = {"position", "velocity", "stress", "von_mises", "pressure", "deformation_gradient",
-                                                 "J",        "id",       "mass",   "volume",    "body"};
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (const FieldShape& shape : k_shapes) {
+      if (shape.name != std::string_view("affine_velocity")) all.emplace_back(shape.name);
+    }
+    return all;
+  }();
   return names;
+}
+
+WantedFields prepare_fields(const std::string& body, const std::vector<std::string>& known, const std::vector<std::string>& names,
+                            int vector_size, Index count, std::vector<Field>& fields) {
+  WantedFields wanted;
+  fields.resize(names.size());
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto* const shape =
+        std::find_if(std::begin(k_shapes), std::end(k_shapes), [&](const FieldShape& s) { return s.name == names[i]; });
+    if (shape == std::end(k_shapes) || std::find(known.begin(), known.end(), names[i]) == known.end())
+      fail_unknown_field(body, names[i], known);
+    const auto kind = static_cast<ParticleField>(shape - std::begin(k_shapes));
+    wanted.kinds.push_back(kind);
+    wanted.needs_stress =
+        wanted.needs_stress || kind == ParticleField::stress || kind == ParticleField::von_mises || kind == ParticleField::pressure;
+    fields[i].name = shape->name;
+    fields[i].unit = shape->unit;
+    fields[i].components = shape->components > 0 ? shape->components : vector_size;
+    fields[i].values.resize(static_cast<std::size_t>(count) * static_cast<std::size_t>(fields[i].components));
+  }
+  return wanted;
 }
 
 Real von_mises(const std::array<Real, 6>& s) {
@@ -40,12 +85,6 @@ void add(BodyTotals& sum, const BodyTotals& part) {
   }
 }
 
-Real determinant_of(const Material::Matrix& F) {
-  Mat3<Real> matrix;
-  std::copy(F.begin(), F.end(), matrix.entries);
-  return determinant(matrix);
-}
-
 BodyTotals totals_of(const ParticleState& particle, const Material& material, const Vec3& gravity) {
   BodyTotals one;
   one.particle_count = 1;
@@ -61,11 +100,6 @@ BodyTotals totals_of(const ParticleState& particle, const Material& material, co
   one.von_mises_max = von_mises(particle.sigma);
   one.J_min = one.J_max = determinant_of(particle.F);
   return one;
-}
-
-void fail_unknown_field(const std::string& body, const std::string& name) {
-  const std::vector<std::string>& names = particle_field_names();
-  throw InputError("body \"{}\" has no field \"{}\", it has {}{}", body, name, list_names(names), did_you_mean(name, names));
 }
 
 namespace {
@@ -93,7 +127,7 @@ void check_assigned_deformation(const std::string& body, int dim, const std::vec
 
 void check_assigned_field(const std::string& body, const std::string& name, Index count, int dim, const std::vector<Real>& values) {
   const std::vector<std::string>& names = particle_field_names();
-  if (std::find(names.begin(), names.end(), name) == names.end()) fail_unknown_field(body, name);
+  if (std::find(names.begin(), names.end(), name) == names.end()) fail_unknown_field(body, name, names);
   const auto refuse = [&](const char* reason) { throw InputError("body \"{}\": {} cannot be assigned: {}", body, name, reason); };
   if (name == "stress" || name == "von_mises" || name == "pressure")
     refuse("the stress follows from the deformation; assign deformation_gradient");

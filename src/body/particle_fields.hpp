@@ -2,16 +2,34 @@
 // what may be assigned.
 #pragma once
 
+#include <algorithm>
 #include "material/material.hpp"
 #include "solver/solver.hpp"
 
 namespace matpoint {
 
-/// All fields that a body of particles has.
+enum class ParticleField {
+  position,
+  velocity,
+  stress,
+  von_mises,
+  pressure,
+  deformation_gradient,
+  J,
+  id,
+  mass,
+  volume,
+  body,
+  affine_velocity
+};
+
+/// All fields that a body of particles always has.
 const std::vector<std::string>& particle_field_names();
 
 Real von_mises(const std::array<Real, 6>& sigma);
-Real determinant_of(const Material::Matrix& F);
+inline Real determinant_of(const Material::Matrix& F) {
+  return F[0] * (F[4] * F[8] - F[5] * F[7]) - F[1] * (F[3] * F[8] - F[5] * F[6]) + F[2] * (F[3] * F[7] - F[4] * F[6]);
+}
 
 /// One particle, for the totals.
 struct ParticleState {
@@ -30,32 +48,52 @@ void add(BodyTotals& sum, const BodyTotals& part);
 /// Throws InputError unless the field can be assigned to a body of `count` particles and the values fit.
 void check_assigned_field(const std::string& body, const std::string& name, Index count, int dim, const std::vector<Real>& values);
 
-/// Throws InputError for a field that no body of particles has.
-[[noreturn]] void fail_unknown_field(const std::string& body, const std::string& name);
+/// What gather_fields was asked for.
+struct WantedFields {
+  std::vector<ParticleField> kinds;
+  bool needs_stress = false;
+};
 
-/// The field by its name: gather(unit, components, values_of) makes it, where values_of(p) gives the numbers of one particle. `of` has the
-/// accessors position(p), velocity(p), cauchy_stress(p), deformation_gradient(p), J(p), id(p) and volume0(p).
-template <int Dim, class Body, class Gather>
-Field gather_field(const Body& of, const Material& material, const std::string& body_name, std::size_t body, const std::string& name,
-                   Gather&& gather) {
-  using One = std::array<Real, 1>;
-  if (name == "position") return gather("m", Dim, [&](const auto& p) { return of.position(p); });
-  if (name == "velocity") return gather("m/s", Dim, [&](const auto& p) { return of.velocity(p); });
-  if (name == "stress") return gather("Pa", 6, [&](const auto& p) { return of.cauchy_stress(p); });
-  if (name == "von_mises") return gather("Pa", 1, [&](const auto& p) { return One{von_mises(of.cauchy_stress(p))}; });
-  if (name == "pressure") {
-    return gather("Pa", 1, [&](const auto& p) {
-      const auto s = of.cauchy_stress(p);
-      return One{-(s[0] + s[1] + s[2]) / 3};
-    });
-  }
-  if (name == "deformation_gradient") return gather("1", 9, [&](const auto& p) { return of.deformation_gradient(p); });
-  if (name == "J") return gather("1", 1, [&](const auto& p) { return One{of.J(p)}; });
-  if (name == "id") return gather("1", 1, [&](const auto& p) { return One{static_cast<Real>(of.id(p))}; });
-  if (name == "mass") return gather("kg", 1, [&](const auto& p) { return One{of.volume0(p) * material.density()}; });
-  if (name == "volume") return gather("m^3", 1, [&](const auto& p) { return One{of.J(p) * of.volume0(p)}; });
-  if (name == "body") return gather("1", 1, [&](const auto&) { return One{static_cast<Real>(body)}; });
-  fail_unknown_field(body_name, name);
+/// Brings `fields` into the shape of the named ones, for `count` particles; vectors have `vector_size` components. Memory that is there is
+/// kept. Throws InputError for a name that is not among `known`.
+WantedFields prepare_fields(const std::string& body, const std::vector<std::string>& known, const std::vector<std::string>& names,
+                            int vector_size, Index count, std::vector<Field>& fields);
+
+/// The named fields, in one pass: a pass for each would go through all particles, and evaluate their law, once more. `of` has the accessors
+/// position(p), velocity(p), cauchy_stress(p), deformation_gradient(p), id(p), volume0(p) and affine_velocity(p);
+/// for_each(needs_stress, f) calls f(p, row) for all particles.
+template <class Of, class ForEach>
+void gather_fields(const Of& of, const WantedFields& wanted, Real density, std::size_t body, std::vector<Field>& fields,
+                   ForEach&& for_each) {
+  for_each(wanted.needs_stress, [&](const auto& p, std::size_t row) {
+    const Material::Matrix F = of.deformation_gradient(p);
+    const Real J = determinant_of(F);
+    const std::array<Real, 6> sigma = wanted.needs_stress ? of.cauchy_stress(p) : std::array<Real, 6>{};
+    for (std::size_t i = 0; i < wanted.kinds.size(); ++i) {
+      const int components = fields[i].components;
+      Real* const to = fields[i].values.data() + row * static_cast<std::size_t>(components);
+      const auto copy = [&](const auto& values) { std::copy(values.begin(), values.end(), to); };
+      const auto copy_vector = [&](const Vec3& values) {
+        to[0] = values[0];
+        to[1] = values[1];
+        if (components == 3) to[2] = values[2];
+      };
+      switch (wanted.kinds[i]) {
+        case ParticleField::position: copy_vector(of.position(p)); break;
+        case ParticleField::velocity: copy_vector(of.velocity(p)); break;
+        case ParticleField::stress: copy(sigma); break;
+        case ParticleField::von_mises: *to = von_mises(sigma); break;
+        case ParticleField::pressure: *to = -(sigma[0] + sigma[1] + sigma[2]) / 3; break;
+        case ParticleField::deformation_gradient: copy(F); break;
+        case ParticleField::J: *to = J; break;
+        case ParticleField::id: *to = static_cast<Real>(of.id(p)); break;
+        case ParticleField::mass: *to = of.volume0(p) * density; break;
+        case ParticleField::volume: *to = J * of.volume0(p); break;
+        case ParticleField::body: *to = static_cast<Real>(body); break;
+        case ParticleField::affine_velocity: copy(of.affine_velocity(p)); break;
+      }
+    }
+  });
 }
 
 }  // namespace matpoint

@@ -14,7 +14,7 @@ constexpr std::size_t k_piece = 4096;
 
 }  // namespace
 
-/// The accessors that gather_field asks for.
+/// The accessors that gather_fields asks for.
 template <int Dim>
 struct PointBody<Dim>::Rows {
   const PointBody& body;
@@ -22,7 +22,7 @@ struct PointBody<Dim>::Rows {
   Vec3 velocity(std::size_t p) const { return widened(body.velocity[p]); }
   std::array<Real, 6> cauchy_stress(std::size_t p) const { return body.row_cauchy_stress(p); }
   Material::Matrix deformation_gradient(std::size_t p) const { return body.row_deformation_gradient(p); }
-  Real J(std::size_t p) const { return determinant_of(body.row_deformation_gradient(p)); }
+  Material::Matrix affine_velocity(std::size_t) const { return {}; }
   Index id(std::size_t p) const { return body.id[p]; }
   Real volume0(std::size_t p) const { return body.volume0[p]; }
 };
@@ -131,17 +131,19 @@ BodyTotals PointBody<Dim>::totals(const Vec3& gravity) const {
 }
 
 template <int Dim>
+void PointBody<Dim>::take_fields(const std::vector<std::string>& names, std::size_t body, int vector_size,
+                                 std::vector<Field>& fields) const {
+  const WantedFields wanted = prepare_fields(name_, particle_field_names(), names, vector_size, count(), fields);
+  gather_fields(Rows{*this}, wanted, material_->density(), body, fields, [&](bool, auto&& f) {
+    for (std::size_t p = 0; p < static_cast<std::size_t>(count()); ++p) f(p, p);
+  });
+}
+
+template <int Dim>
 Field PointBody<Dim>::field(const std::string& name, std::size_t body) const {
-  const auto gather = [&](const std::string& unit, std::size_t components, auto&& values_of) {
-    Field field{name, unit, static_cast<int>(components), {}};
-    field.values.resize(static_cast<std::size_t>(count()) * components);
-    for (std::size_t p = 0; p < static_cast<std::size_t>(count()); ++p) {
-      const auto values = values_of(p);
-      std::copy_n(values.begin(), components, field.values.begin() + static_cast<std::ptrdiff_t>(p * components));
-    }
-    return field;
-  };
-  return gather_field<Dim>(Rows{*this}, *material_, name_, body, name, gather);
+  std::vector<Field> one;
+  take_fields({name}, body, Dim, one);
+  return std::move(one.front());
 }
 
 template <int Dim>

@@ -22,6 +22,8 @@ class PointBody {
   const Material& material() const { return *material_; }
   Index count() const { return static_cast<Index>(mass.size()); }
   BodyTotals totals(const Vec3& gravity) const;
+  /// As Solver::take_fields.
+  void take_fields(const std::vector<std::string>& names, std::size_t body, int vector_size, std::vector<Field>& fields) const;
   Field field(const std::string& name, std::size_t body) const;
   /// Throws InputError and changes nothing for what cannot be. Accelerations stay.
   void set_field(const std::string& name, const std::vector<Real>& values);

@@ -69,14 +69,25 @@ std::vector<std::string> written_names(const Solver& solver, std::size_t body) {
   return solver.cells(body) != nullptr ? solver.node_field_names(body) : solver.field_names(body);
 }
 
-Field written_field(const Solver& solver, std::size_t body, const std::string& name) {
-  return pad_vector(solver.cells(body) != nullptr ? solver.node_field(body, name) : solver.field(body, name));
+std::string unit_of(const Solver& solver, std::size_t body, const std::string& name) {
+  return (solver.cells(body) != nullptr ? solver.node_field(body, name) : solver.field(body, name)).unit;
 }
 
-FieldSet fields_of(const Snapshot& now, std::size_t body, const std::vector<std::string>& names) {
-  FieldSet set{now.time, written_field(now.solver, body, "position").values, {}, now.solver.cells(body)};
-  for (const std::string& name : names) set.fields.push_back(written_field(now.solver, body, name));
-  return set;
+/// Takes the positions and the named fields of a body; what `set` holds from an earlier time lends its memory.
+void take_fields(const Snapshot& now, std::size_t body, const std::vector<std::string>& names, FieldSet& set) {
+  set.time = now.time;
+  set.cells = now.solver.cells(body);
+  std::vector<std::string> all = {"position"};
+  all.insert(all.end(), names.begin(), names.end());
+  set.fields.insert(set.fields.begin(), Field{"position", "m", 3, std::move(set.position)});
+  if (set.cells == nullptr) {
+    now.solver.take_fields(body, all, 3, set.fields);
+  } else {
+    set.fields.clear();
+    for (const std::string& name : all) set.fields.push_back(pad_vector(now.solver.node_field(body, name)));
+  }
+  set.position = std::move(set.fields.front().values);
+  set.fields.erase(set.fields.begin());
 }
 
 void check_fields(const Case& problem, const Solver& solver) {
@@ -168,7 +179,7 @@ void ResultsFolder::choose_fields(const Snapshot& start) {
       // The points' coordinates are always written.
       if (name != "position" && (wanted.empty() || has(wanted, name))) {
         writers.fields.push_back(name);
-        manifest_.field_units.set(name, Input::string(written_field(start.solver, b, name).unit));
+        manifest_.field_units.set(name, Input::string(unit_of(start.solver, b, name)));
       }
     }
   }
@@ -251,19 +262,18 @@ void ResultsFolder::write_history(const Snapshot& now) {
 void ResultsFolder::write_fields(const Snapshot& now) {
   if (taken_step_ == now.step) return;
   wait();  // first: the fields of two times would need twice the memory
-  auto fields = std::make_shared<Fields>();
-  fields->step = now.step;
-  fields->time = now.time;
+  fields_.step = now.step;
+  fields_.time = now.time;
+  fields_.particles.resize(bodies_.size());
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    const bool is_wanted = bodies_[b].hdf || bodies_[b].vtu;
-    fields->particles.push_back(is_wanted ? fields_of(now, b, bodies_[b].fields) : FieldSet{});
+    if (bodies_[b].hdf || bodies_[b].vtu) take_fields(now, b, bodies_[b].fields, fields_.particles[b]);
   }
   if (grid_hdf_ || grid_vtu_) {
-    fields->nodes.emplace(FieldSet{now.time, {}, {}, nullptr});
-    for (Field& field : now.solver.grid_fields()) fields->nodes->fields.push_back(pad_vector(std::move(field)));
+    fields_.nodes.emplace(FieldSet{now.time, {}, {}, nullptr});
+    for (Field& field : now.solver.grid_fields()) fields_.nodes->fields.push_back(pad_vector(std::move(field)));
   }
   taken_step_ = now.step;
-  writing_ = std::async(std::launch::async, [this, fields] { append(*fields); });
+  writing_ = std::async(std::launch::async, [this] { append(fields_); });
 }
 
 void ResultsFolder::append(const Fields& fields) {

@@ -96,6 +96,7 @@ class ResultsFolder {
   Real history_time_ = 0;
   Real fields_time_ = 0;
   Index taken_step_ = -1;      ///< Of the fields that are in the files or on their way there.
+  Fields fields_;              ///< Of the last time that was taken; the next one uses its memory.
   std::future<void> writing_;  // last: what it writes with must outlive it
 };
 

@@ -27,7 +27,9 @@ class ExplicitSolver final : public Solver {
   const std::string& body_name(std::size_t body) const override { return bodies_[body]->name(); }
   Index particle_count(std::size_t body) const override { return bodies_[body]->particle_count(); }
   std::vector<std::string> field_names(std::size_t body) const override { return bodies_[body]->field_names(); }
-  Field field(std::size_t body, const std::string& name) const override { return bodies_[body]->field(name, body); }
+  void take_fields(std::size_t body, const std::vector<std::string>& names, int vector_size, std::vector<Field>& fields) const override {
+    bodies_[body]->take_fields(names, body, vector_size, fields);
+  }
   void set_field(std::size_t body, const std::string& name, const std::vector<Real>& values) override;
   std::vector<Field> grid_fields() const override;
   BodyTotals totals(std::size_t body) const override { return bodies_[body]->totals(gravity_); }

@@ -50,7 +50,9 @@ class ImplicitSolver final : public Solver {
   const std::string& body_name(std::size_t body) const override { return sources_[body].points->name(); }
   Index particle_count(std::size_t body) const override { return sources_[body].points->count(); }
   std::vector<std::string> field_names(std::size_t body) const override;
-  Field field(std::size_t body, const std::string& name) const override { return sources_[body].points->field(name, body); }
+  void take_fields(std::size_t body, const std::vector<std::string>& names, int vector_size, std::vector<Field>& fields) const override {
+    sources_[body].points->take_fields(names, body, vector_size, fields);
+  }
   void set_field(std::size_t body, const std::string& name, const std::vector<Real>& values) override;
   const BodyCells* cells(std::size_t body) const override {
     return sources_[body].fem != nullptr ? &sources_[body].fem->cells_for_output() : nullptr;

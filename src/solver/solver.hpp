@@ -114,7 +114,14 @@ class Solver {
   /// Names of the fields that field() knows: position velocity stress von_mises pressure deformation_gradient J id mass volume ...
   virtual std::vector<std::string> field_names(std::size_t body) const = 0;
   /// A field of a body, in the order of particle ids.
-  virtual Field field(std::size_t body, const std::string& name) const = 0;
+  Field field(std::size_t body, const std::string& name) const {
+    std::vector<Field> one;
+    take_fields(body, {name}, dim(), one);
+    return std::move(one.front());
+  }
+  /// Several fields of a body, which cost little more than one; vectors have `vector_size` components, dim() or 3. What `fields` holds from
+  /// an earlier call lends its memory.
+  virtual void take_fields(std::size_t body, const std::vector<std::string>& names, int vector_size, std::vector<Field>& fields) const = 0;
   /// Assigns a field of all particles, shaped as field() gives it: position, velocity or deformation_gradient. Throws InputError for other
   /// fields, with the reason, and for values that no particle can have; then nothing has changed.
   virtual void set_field(std::size_t body, const std::string& name, const std::vector<Real>& values) = 0;

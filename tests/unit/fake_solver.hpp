@@ -47,32 +47,9 @@ class FakeSolver : public Solver {
   std::vector<std::string> field_names(std::size_t) const override {
     return {"position", "velocity", "stress", "deformation_gradient", "J", "id"};
   }
-  Field field(std::size_t body, const std::string& name) const override {
-    Field field{name, "1", 1, {}};
-    const auto dimension = static_cast<std::size_t>(dim_);
-    for (const Index id : bodies[body].ids) {
-      const Vec3 x = position(body, id);
-      const Vec3& v = bodies[body].velocity;
-      const auto i = static_cast<Real>(id);
-      std::vector<Real> values;
-      if (name == "position")
-        values.assign(x.begin(), x.begin() + dim_);
-      else if (name == "velocity")
-        values.assign(v.begin(), v.begin() + dim_);
-      else if (name == "stress")
-        values = {i + 0.1, i + 0.2, i + 0.3, i + 0.4, dim_ == 3 ? i + 0.5 : 0, dim_ == 3 ? i + 0.6 : 0};
-      else if (name == "deformation_gradient")
-        values = {1, i, 0, 0, 1, 0, 0, 0, 1};
-      else if (name == "J")
-        values = {1 + time};
-      else
-        values = {i};
-      field.components = static_cast<int>(values.size());
-      field.values.insert(field.values.end(), values.begin(), values.end());
-    }
-    if (bodies[body].ids.empty()) field.components = name == "position" || name == "velocity" ? static_cast<int>(dimension) : 1;
-    if (name == "stress") field.unit = "Pa";
-    return field;
+  void take_fields(std::size_t body, const std::vector<std::string>& names, int vector_size, std::vector<Field>& fields) const override {
+    fields.clear();
+    for (const std::string& name : names) fields.push_back(field_of(body, name, vector_size));
   }
   void set_field(std::size_t, const std::string&, const std::vector<Real>&) override {}
   std::vector<Field> grid_fields() const override {
@@ -115,6 +92,31 @@ class FakeSolver : public Solver {
   Real time = 0;
 
  private:
+  Field field_of(std::size_t body, const std::string& name, int vector_size) const {
+    Field field{name, name == "stress" ? "Pa" : "1", 1, {}};
+    if (name == "position" || name == "velocity") field.components = vector_size;
+    for (const Index id : bodies[body].ids) {
+      const Vec3 x = position(body, id);
+      const Vec3& v = bodies[body].velocity;
+      const auto i = static_cast<Real>(id);
+      std::vector<Real> values;
+      if (name == "position")
+        values.assign(x.begin(), x.begin() + vector_size);
+      else if (name == "velocity")
+        values.assign(v.begin(), v.begin() + vector_size);
+      else if (name == "stress")
+        values = {i + 0.1, i + 0.2, i + 0.3, i + 0.4, dim_ == 3 ? i + 0.5 : 0, dim_ == 3 ? i + 0.6 : 0};
+      else if (name == "deformation_gradient")
+        values = {1, i, 0, 0, 1, 0, 0, 0, 1};
+      else if (name == "J")
+        values = {1 + time};
+      else
+        values = {i};
+      field.components = static_cast<int>(values.size());
+      field.values.insert(field.values.end(), values.begin(), values.end());
+    }
+    return field;
+  }
   int dim_;
   Profile profile_;
   std::vector<Escape> escapes_;
