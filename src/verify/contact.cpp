@@ -52,6 +52,39 @@ Measured disks(int divisions, const Way& way) {
   return m;
 }
 
+/// The greatest energy over that of the start. A velocity is that of half a step before the place to which it leads: so the history is off
+/// by dt / 2 times the power of the forces. `in_step`: the kinetic energy at a place is the mean of those before and after it.
+struct GreatestEnergy {
+  Real in_history = 0;
+  Real in_step = 0;
+};
+GreatestEnergy greatest_energy(const std::string& order, Real dt) {
+  Simulation sim(
+      load_case("disks", {"solver.contact=pairs", "solver.stress_order=" + order, fmt::format("time.dt={}", dt), "time.end=1.8"}));
+  const Real start = kinetic_energy(sim);
+  GreatestEnergy greatest;
+  Real kinetic_before = 0;
+  Real stored_before = 0;
+  every(sim, 1, [&](const Simulation& s) {
+    const Real kinetic = kinetic_energy(s);
+    const Real stored = whole_energy(s) - kinetic;
+    greatest.in_history = std::max(greatest.in_history, (kinetic + stored) / start);
+    if (s.step_count() > 1) greatest.in_step = std::max(greatest.in_step, ((kinetic_before + kinetic) / 2 + stored_before) / start);
+    kinetic_before = kinetic;
+    stored_before = stored;
+  });
+  sim.run();
+  return greatest;
+}
+
+/// Pairs make no energy: with USL at no time, with MUSL none that is not gone with the time step.
+Measured energy_of_pairs() {
+  const GreatestEnergy coarse = greatest_energy("musl", 2e-4);
+  const GreatestEnergy fine = greatest_energy("musl", 1e-4);
+  return {{"E_in_step_over_E0_pairs_usl", greatest_energy("usl", 1e-4).in_step},
+          {"E_excess_over_that_of_half_dt_pairs", (coarse.in_history - 1) / (fine.in_history - 1)}};
+}
+
 /// A block slides down an incline of 30 degrees: its speed over the exact one, after half a second. Gravity grows within .1 s, so that the
 /// block does not bounce: it acts as long as from .05 s on.
 Measured incline(Real friction, const Way& way) {
@@ -202,6 +235,14 @@ void add_contact_jobs(std::vector<VerifyJob>& jobs) {
                       [divisions = divisions, way] { return disks(divisions, way); }});
     }
   }
+  jobs.push_back({"8.3",
+                  "disks, energy of pairs",
+                  "disks",
+                  true,
+                  true,
+                  3e7,
+                  {"E_in_step_over_E0_pairs_usl", "E_excess_over_that_of_half_dt_pairs"},
+                  energy_of_pairs});
   for (const Way& way : ways({"base", "block"}, {})) {
     if (way.name == "contact") continue;  // src/verify/incline.cpp
     for (const Real friction : {0.0, 0.3}) {

@@ -68,6 +68,50 @@ TEST_P(FromPrograms, assigning_what_was_read_changes_nothing) {
   EXPECT_NEAR(touched.initial_energy(), alone.initial_energy(), 1e-6 * alone.initial_energy());
 }
 
+TEST_P(FromPrograms, fields_taken_together_are_those_taken_alone) {
+  Simulation simulation(blocks(GetParam()));
+  for (int k = 0; k < 4; ++k) simulation.step();
+  const Solver& solver = simulation.solver();
+  const std::vector<std::string> names = solver.field_names(0);
+  std::vector<Field> together;
+  solver.take_fields(0, names, 3, together);
+  ASSERT_EQ(together.size(), names.size());
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const Field alone = solver.field(0, names[i]);
+    EXPECT_EQ(together[i].name, names[i]);
+    EXPECT_EQ(together[i].unit, alone.unit);
+    const bool is_vector = names[i] == "position" || names[i] == "velocity";
+    EXPECT_EQ(together[i].components, is_vector ? 3 : alone.components);
+    const auto padded = static_cast<std::size_t>(together[i].components);
+    const auto components = static_cast<std::size_t>(alone.components);
+    ASSERT_EQ(together[i].values.size() / padded, alone.values.size() / components);
+    for (std::size_t k = 0; k < together[i].values.size(); ++k) {
+      const std::size_t c = k % padded;
+      ASSERT_EQ(together[i].values[k], c < components ? alone.values[k / padded * components + c] : 0) << names[i] << " " << k;
+    }
+  }
+  const Real* const memory = together[0].values.data();
+  solver.take_fields(0, names, 3, together);
+  EXPECT_EQ(together[0].values.data(), memory);
+}
+
+// Fields take the stress from the kernel of the law, a slot at a time; here it is evaluated particle by particle.
+TEST_P(FromPrograms, stresses_are_those_of_the_law_at_the_deformation) {
+  const Case problem = blocks(GetParam());
+  Simulation simulation(problem);
+  for (int k = 0; k < 20; ++k) simulation.step();
+  const std::vector<Real> F = simulation.solver().field(0, "deformation_gradient").values;
+  const std::vector<Real> J = simulation.solver().field(0, "J").values;
+  const std::vector<Real> stress = simulation.solver().field(0, "stress").values;
+  for (std::size_t p = 0; p < J.size(); ++p) {
+    Material::Matrix one;
+    std::copy_n(F.begin() + static_cast<std::ptrdiff_t>(9 * p), 9, one.begin());
+    const Material::Matrix tau = problem.bodies[0].material->kirchhoff_stress(one);
+    const Real expected[6] = {tau[0], tau[4], tau[8], tau[1], tau[5], tau[2]};
+    for (std::size_t s = 0; s < 6; ++s) ASSERT_NEAR(stress[6 * p + s], expected[s] / J[p], 1e5 * tolerance(GetParam())) << p << " " << s;
+  }
+}
+
 TEST_P(FromPrograms, assigned_positions_are_found_in_their_new_cells) {
   Simulation simulation(blocks(GetParam()));
   simulation.step();
