@@ -286,6 +286,8 @@ void add_manufactured(VerifySuite& suite) {
   vortex_job(scheme_of("updated", "bspline2", "apic", 4), "0.1", {24, 48, 96, 192}, 2, 24);
   vortex_job(scheme_of("updated", "bspline2", "apic", 4), "0.5", {24, 48, 96, 192}, -0.5, 24);
   vortex_job(scheme_of("updated", "linear", "flip", 2), "0.1", {24, 48, 96, 192}, -0.5, 24);
+  vortex_job(scheme_of("updated", "cpdi", "flip", 2), "0.1", {24, 48, 96, 192}, 1.7, 24);
+  vortex_job(scheme_of("updated", "cpdi", "flip", 2), "0.5", {24, 48, 96, 192}, -0.5, 24);
   {
     const Scheme scheme = scheme_of("total", "bspline2", "flip", 2);
     VerifyJob job{"vortex", scheme.name + "_G1", "vortex", true, true, 1e7, {scheme.name + "_G1_96"}, {}};
