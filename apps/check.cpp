@@ -5,9 +5,9 @@
 #include <cstdio>
 
 #include "case/case_file.hpp"
-#include "case/simulation.hpp"
 #include "commands.hpp"
 #include "core/parallel.hpp"
+#include "run/simulation.hpp"
 
 namespace matpoint {
 namespace {

@@ -1,4 +1,4 @@
-// `matpoint plot`: hands over to python/matpoint/plot.py.
+// `matpoint plot`: hands over to python/matpoint/plot_command.py.
 #include <unistd.h>
 
 #include <cerrno>
@@ -28,7 +28,7 @@ int plot_command(const PlotOptions& options) {
   const std::string path = environment("PYTHONPATH");
   if (!package.empty()) setenv("PYTHONPATH", (path.empty() ? package : package + ":" + path).c_str(), 1);
 
-  std::vector<std::string> words = {python, "-m", "matpoint.plot"};
+  std::vector<std::string> words = {python, "-m", "matpoint.plot_command"};
   for (const std::string& field : options.fields) words.push_back("--field=" + field);
   for (const std::string& times : options.times) words.push_back("--times=" + times);
   words.insert(words.end(), {"--", options.folder});  // also a folder whose name begins with a dash

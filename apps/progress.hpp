@@ -4,7 +4,7 @@
 #include <chrono>
 #include <string>
 
-#include "case/simulation.hpp"
+#include "run/simulation.hpp"
 
 namespace matpoint {
 

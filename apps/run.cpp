@@ -5,12 +5,12 @@
 #include <cstdio>
 
 #include "case/case_file.hpp"
-#include "case/simulation.hpp"
 #include "commands.hpp"
 #include "core/parallel.hpp"
 #include "core/version.hpp"
 #include "io/results_folder.hpp"
 #include "progress.hpp"
+#include "run/simulation.hpp"
 
 namespace matpoint {
 namespace {

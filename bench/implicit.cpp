@@ -7,9 +7,9 @@
 #include <stdexcept>
 
 #include "case/case_file.hpp"
-#include "case/simulation.hpp"
+#include "case/linear_solver_names.hpp"
 #include "core/parallel.hpp"
-#include "solver/linear_solver_names.hpp"
+#include "run/simulation.hpp"
 
 namespace matpoint::bench {
 namespace {

@@ -8,8 +8,9 @@
 #include <map>
 
 #include "case/case_file.hpp"
-#include "case/simulation.hpp"
 #include "core/parallel.hpp"
+#include "run/make_solver.hpp"
+#include "run/simulation.hpp"
 
 namespace matpoint::bench {
 namespace {

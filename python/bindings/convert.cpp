@@ -3,10 +3,10 @@
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
 
-#include "body/region.hpp"
-#include "body/seeding.hpp"
 #include "case/case.hpp"
 #include "core/error.hpp"
+#include "geometry/layout.hpp"
+#include "geometry/region.hpp"
 #include "material/material.hpp"
 
 namespace matpoint::python {

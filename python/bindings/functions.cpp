@@ -7,10 +7,10 @@
 #include <atomic>
 #include <cmath>
 
-#include "body/seeding.hpp"
 #include "case/case.hpp"
 #include "convert.hpp"
 #include "core/error.hpp"
+#include "geometry/layout.hpp"
 #include "material/function_material.hpp"
 
 namespace matpoint::python {

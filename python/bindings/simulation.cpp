@@ -9,13 +9,13 @@
 #include <cmath>
 #include <thread>
 
-#include "case/simulation.hpp"
 #include "convert.hpp"
 #include "core/error.hpp"
 #include "core/parallel.hpp"
 #include "functions.hpp"
 #include "io/history.hpp"
 #include "io/results_folder.hpp"
+#include "run/simulation.hpp"
 
 namespace matpoint::python {
 namespace {

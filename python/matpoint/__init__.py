@@ -27,14 +27,14 @@ if TYPE_CHECKING:
     from matpoint import results as results
     from matpoint._core import InputError as InputError
     from matpoint._core import SolverError as SolverError
-    from matpoint.case import Case as Case
-    from matpoint.case import CaseReport as CaseReport
+    from matpoint.errors import ResultsError as ResultsError
     from matpoint.functions import FunctionLaw as FunctionLaw
     from matpoint.functions import Where as Where
+    from matpoint.history import History as History
     from matpoint.parts import *  # noqa: F403
     from matpoint.results import Results as Results
-    from matpoint.results import ResultsError as ResultsError
-    from matpoint.simulation import History as History
+    from matpoint.simulation import Case as Case
+    from matpoint.simulation import CaseReport as CaseReport
     from matpoint.simulation import Simulation as Simulation
     from matpoint.simulation import set_threads as set_threads
     from matpoint.simulation import threads as threads
@@ -48,16 +48,16 @@ _homes = {
     "results": "",
     "InputError": "_core",
     "SolverError": "_core",
-    "Case": "case",
-    "CaseReport": "case",
+    "Case": "simulation",
+    "CaseReport": "simulation",
     "FunctionLaw": "functions",
     "Where": "functions",
     "Results": "results",
-    "ResultsError": "results",
+    "ResultsError": "errors",
     "BodyState": "state",
     "FieldArray": "state",
     "GridState": "state",
-    "History": "simulation",
+    "History": "history",
     "Simulation": "simulation",
     "set_threads": "simulation",
     "threads": "simulation",

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from matpoint import _core
-
-Floats = NDArray[np.float64]
+from matpoint.fields import Floats
 
 
 def positional_count(function: Callable[..., Any]) -> int:

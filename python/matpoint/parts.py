@@ -9,10 +9,10 @@ They are made from the core's own list, so that Python, case files and C++ have 
 
 from __future__ import annotations
 
-import difflib
 from typing import Any, ClassVar
 
 from matpoint import _core
+from matpoint.errors import did_you_mean
 
 __all__ = ["Part"]
 
@@ -42,9 +42,9 @@ class Part(dict[str, Any]):
     def _check(self, name: str) -> None:
         if name in self._parameters or name == "type":
             return
-        nearest = difflib.get_close_matches(name, self._parameters, n=1, cutoff=0.5)
-        hint = f'; did you mean "{nearest[0]}"?' if nearest else ""
-        raise _core.InputError(f'{type(self).__name__}: unknown parameter "{name}"; known: {", ".join(self._parameters)}{hint}')
+        known = ", ".join(self._parameters)
+        hint = did_you_mean(name, list(self._parameters))
+        raise _core.InputError(f'{type(self).__name__}: unknown parameter "{name}"; known: {known}{hint}')
 
     def __getattr__(self, name: str) -> Any:
         try:

@@ -6,53 +6,32 @@
     plot.profile(results, "pressure", along="y")
     plot.animate(results, "velocity", "dam.gif")
 
-All functions return a matplotlib Figure (`animate` a path). As a program, `python -m matpoint.plot DIR` or `matpoint plot DIR` draws the
-pictures of a results folder into it:
-
-    energies.png            energies of the whole system over time
-    momentum.png            momentum over time, per body and in total
-    particles_<field>.png   all particles coloured by a field at a few times
-    probes.png              motion and stress of the probes' particles, when there are probes
-
-Exit code 2 when DIR is no results folder, a field or time does not exist, or a Python package is missing.
+All functions return a matplotlib Figure (`animate` a path).
 """
 
 from __future__ import annotations
 
-import argparse
 import functools
 import io
 import itertools
-import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ParamSpec
+from typing import TYPE_CHECKING, Any, ParamSpec, Protocol
 
-try:
-    import h5py  # noqa: F401  (results.py reads with it; its absence shall be said here, in words)
-    import matplotlib
-    import numpy as np
-    from matplotlib.colors import Colormap, ListedColormap, Normalize
-    from matplotlib.figure import Figure
-    from matplotlib.patches import Patch
-    from matplotlib.tri import Triangulation
-    from numpy.typing import NDArray
-except ImportError as missing:
-    if __name__ != "__main__":
-        raise
-    print(
-        f"error: {missing}: pictures need the Python packages numpy, matplotlib and h5py; this is {sys.executable}. Install them "
-        "there, or set MATPOINT_PYTHON to a Python that has them",
-        file=sys.stderr,
-    )
-    sys.exit(2)
-if __name__ == "__main__":
-    matplotlib.use("Agg")
+import matplotlib
 import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.colors import Colormap, ListedColormap, Normalize
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from matplotlib.tri import Triangulation
+from numpy.typing import NDArray
 
-from matpoint.results import BodyFields, Floats, Results, ResultsError, did_you_mean
+from matpoint.errors import ResultsError, did_you_mean
+from matpoint.fields import Floats
 from matpoint.scene import (
-    LiveBody,
+    HasParticles,
+    HasScene,
     Particles,
     Scene,
     choose_times,
@@ -63,15 +42,11 @@ from matpoint.scene import (
     particle_size,
     points_of,
     project,
-    scene_of,
 )
 
 if TYPE_CHECKING:
     import pyvista
     from matplotlib.axes import Axes
-
-    from matpoint.simulation import History, Simulation
-    from matpoint.state import BodyState
 
 __all__ = [
     "animate",
@@ -140,12 +115,28 @@ def outer_work(history: Mapping[str, Floats]) -> Floats:
     return work + history["body_force_work"] if "body_force_work" in history else work
 
 
-def _history_of(source: Results | Simulation | History | Mapping[str, Floats]) -> Mapping[str, Floats]:
+class HasHistory(Protocol):
+    """A results folder or a simulation: what has columns of a history."""
+
+    @property
+    def history(self) -> Mapping[str, Floats]:
+        """Column name -> array of shape (rows,)."""
+
+
+class HasProbes(Protocol):
+    """A results folder: what has tables of probes."""
+
+    @property
+    def probes(self) -> Mapping[str, Mapping[str, Floats]]:
+        """Name of the probe -> its columns."""
+
+
+def _history_of(source: HasHistory | Mapping[str, Floats]) -> Mapping[str, Floats]:
     return source if isinstance(source, Mapping) else source.history
 
 
 @_styled
-def energies(source: Results | Simulation | History | Mapping[str, Floats]) -> Figure:
+def energies(source: HasHistory | Mapping[str, Floats]) -> Figure:
     """Energies [J] over time [s]; parts that are zero throughout are left out.
 
     Args:
@@ -173,7 +164,7 @@ def energies(source: Results | Simulation | History | Mapping[str, Floats]) -> F
 
 
 @_styled
-def momentum(source: Results | Simulation | History | Mapping[str, Floats]) -> Figure:
+def momentum(source: HasHistory | Mapping[str, Floats]) -> Figure:
     """Momentum [N s] over time [s], one panel per direction.
 
     Args:
@@ -197,7 +188,7 @@ def momentum(source: Results | Simulation | History | Mapping[str, Floats]) -> F
 
 
 @_styled
-def probes(results: Results) -> Figure:
+def probes(results: HasProbes) -> Figure:
     """Position, velocity and stress of the probes' particles over time."""
     names = list(results.probes)
     quantities = [("position", "m"), ("velocity", "m/s"), ("stress", "Pa")]
@@ -284,7 +275,7 @@ def draw_grid_box(axes: Axes, scene: Scene) -> None:
 
 
 @_styled
-def particles(source: Results | Simulation, field: str | None = None, times: Sequence[float] | None = None) -> Figure:
+def particles(source: HasScene, field: str | None = None, times: Sequence[float] | None = None) -> Figure:
     """All particles coloured by a field, one panel per time, on one colour scale.
 
     Args:
@@ -295,7 +286,7 @@ def particles(source: Results | Simulation, field: str | None = None, times: Seq
     Raises:
         ResultsError: A body lacks the field, or a time was not written.
     """
-    scene = scene_of(source)
+    scene = source._scene()
     bodies = list(scene.bodies.values())
     indices = choose_times(bodies, times)
     field = field or (default_fields(bodies) or ["body"])[0]
@@ -359,13 +350,13 @@ def size_markers(figure: Figure, drawn: list[tuple[Any, Any, float]]) -> None:
 
 def _title_of(source: Any, what: str = "") -> str:
     """The case's title, or its name; nothing for a bare history."""
-    title = "" if isinstance(source, Mapping) else scene_of(source).title
+    title = "" if isinstance(source, Mapping) else source._scene().title
     return f"{title}: {what}" if what and title else title or what
 
 
 @_styled
 def profile(
-    source: Results | Simulation,
+    source: HasScene,
     field: str,
     along: str = "y",
     *,
@@ -384,7 +375,7 @@ def profile(
     Raises:
         ResultsError: A body, field, direction or time does not exist.
     """
-    scene = scene_of(source)
+    scene = source._scene()
     if along not in tuple("xyz"[: scene.dim]):
         raise ResultsError(f'along = "{along}" is not allowed, it must be one of {", ".join("xyz"[: scene.dim])}')
     for name in bodies or []:
@@ -409,7 +400,7 @@ def profile(
     return figure
 
 
-def animate(results: Results, field: str, path: str | Path, *, frames_per_second: int = 10) -> Path:
+def animate(results: Scene, field: str, path: str | Path, *, frames_per_second: int = 10) -> Path:
     """An animation of all written times, particles coloured by a field.
 
     Args:
@@ -463,7 +454,7 @@ def animate(results: Results, field: str, path: str | Path, *, frames_per_second
     return path
 
 
-def to_pyvista(body: BodyState | BodyFields, index: int = -1) -> pyvista.DataSet:
+def to_pyvista(body: HasParticles, index: int = -1) -> pyvista.DataSet:
     """The particles of a body with all their fields as a PyVista object; the cells of a body of finite elements, with its nodes' fields.
 
     Args:
@@ -478,7 +469,7 @@ def to_pyvista(body: BodyState | BodyFields, index: int = -1) -> pyvista.DataSet
     """
     import pyvista
 
-    source: Particles = body if isinstance(body, BodyFields) else LiveBody(body, 0.0, False)
+    source: Particles = body._particles()
     index = index % len(source.times)
     positions = np.asarray(source.positions(index), dtype=float)
     data: pyvista.DataSet
@@ -498,59 +489,3 @@ def png_of(figure: Figure) -> bytes:
     figure.savefig(stream, format="png")
     plt.close(figure)
     return stream.getvalue()
-
-
-def draw_all(results: Results, fields: list[str] | None, times: list[float] | None) -> list[Path]:
-    """Writes all pictures into the folder. Returns their paths. Raises ResultsError."""
-    figures = {}
-    with plt.rc_context(STYLE):
-        if len(results.history.get("time", [])) > 1:
-            figures["energies"] = energies(results)
-            figures["momentum"] = momentum(results)
-        bodies = list(results.bodies.values())
-        if bodies:
-            for name in fields or default_fields(bodies):
-                figures[f"particles_{name}"] = particles(results, name, times)
-        elif fields or times:
-            raise ResultsError(f'"{results.folder}" holds no .vtkhdf file: the case\'s output.formats must contain "vtkhdf"')
-        if any(len(table["time"]) > 1 for table in results.probes.values()):
-            figures["probes"] = probes(results)
-        paths = []
-        for name, figure in figures.items():
-            paths.append(results.folder / f"{name}.png")
-            figure.savefig(paths[-1])
-            plt.close(figure)
-    return paths
-
-
-def read_times(texts: list[str] | None) -> list[float] | None:
-    """Numbers of `--times 0,0.5,1`. Raises ResultsError."""
-    if texts is None:
-        return None
-    try:
-        return [float(word) for text in texts for word in text.split(",")]
-    except ValueError as error:
-        raise ResultsError(f"--times {' '.join(texts)}: {error}; give numbers with commas between, e.g. 0,0.5,1") from error
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """The command line; returns the exit code."""
-    parser = argparse.ArgumentParser(prog="matpoint plot", description="Draw pictures of a results folder into it.")
-    parser.add_argument("folder", metavar="DIR", help="the results folder")
-    parser.add_argument("--field", action="append", metavar="NAME", help="field that colours the particles; may be repeated")
-    parser.add_argument("--times", action="append", metavar="T,T,...", help="times [s] of the pictures; default: six")
-    options = parser.parse_args(arguments)
-    try:
-        for path in draw_all(Results(options.folder), options.field, read_times(options.times)):
-            print(path)
-    except ResultsError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
-    except OSError as error:
-        print(f"error: cannot write the pictures: {error}", file=sys.stderr)
-        return 3
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

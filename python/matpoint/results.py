@@ -6,14 +6,15 @@ A run may still be going on, or may have been killed: every file is complete up 
 from __future__ import annotations
 
 import csv
-import difflib
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+from matpoint.errors import ResultsError, did_you_mean
+from matpoint.fields import Floats, scalar_of
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -21,24 +22,6 @@ else:
     import tomli as tomllib
 
 __all__ = ["BodyFields", "Results", "ResultsError", "open"]
-
-Floats = NDArray[np.float64]
-
-COMPONENTS = {
-    3: ("x", "y", "z"),
-    6: ("xx", "yy", "zz", "xy", "yz", "xz"),
-    9: ("xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"),
-}
-
-
-class ResultsError(Exception):
-    """A results folder, or what is asked of it, is wrong; the text says what and what would be right."""
-
-
-def did_you_mean(name: str, known: list[str]) -> str:
-    """'; did you mean "x"?' or nothing."""
-    nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-    return f'; did you mean "{nearest[0]}"?' if nearest else ""
 
 
 def read_table(path: Path) -> dict[str, Floats]:
@@ -61,31 +44,6 @@ def read_table(path: Path) -> dict[str, Floats]:
         raise ResultsError(f'"{path}" is no table of numbers: {error}') from error
     values = values.reshape(-1, len(names))
     return {name: values[:, column] for column, name in enumerate(names)}
-
-
-class _HasFields(Protocol):
-    names: list[str]
-
-    def field(self, name: str, index: int) -> Floats: ...
-
-
-def scalar_of(body: _HasFields, name: str, index: int) -> Floats:
-    """One number per particle, shape (n,): a scalar field, a vector's magnitude, or a component: `stress_xy`. Raises ResultsError."""
-    base, _, component = name.rpartition("_")
-    if name in body.names or base not in body.names:
-        values = body.field(name, index)
-        if values.ndim == 1:
-            return values
-        if values.shape[1] == 3:
-            magnitude: Floats = np.linalg.norm(values, axis=1)
-            return magnitude
-        components = ", ".join(f"{name}_{suffix}" for suffix in COMPONENTS[values.shape[1]])
-        raise ResultsError(f'field "{name}" is a tensor; give one of its components: {components}')
-    values = body.field(base, index)
-    known = COMPONENTS.get(values.shape[1], ()) if values.ndim == 2 else ()
-    if component not in known:
-        raise ResultsError(f'field "{base}" has no component "{component}", it has: {", ".join(known) or "none"}')
-    return values[:, known.index(component)]
 
 
 @dataclass
@@ -140,6 +98,9 @@ class BodyFields:
     def scalar(self, name: str, index: int) -> Floats:
         """One number per particle, shape (n,): a scalar field, `velocity` as its magnitude, or a component: `stress_xy`."""
         return scalar_of(self, name, index)
+
+    def _particles(self) -> BodyFields:
+        return self
 
     def _read(self, dataset: str, index: int) -> Floats:
         import h5py
@@ -196,6 +157,9 @@ class Results:
         """Unit of a field or of a component of it, as text; empty when the manifest does not know it."""
         units = self.manifest.get("units", {}).get("fields", {})
         return str(units.get(field_name, units.get(field_name.rpartition("_")[0], "")))
+
+    def _scene(self) -> Results:
+        return self
 
     def __repr__(self) -> str:
         run = self.manifest

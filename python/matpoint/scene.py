@@ -1,18 +1,15 @@
-"""What pictures of particles need to know, of a results folder or of a simulation as it is now."""
+"""What pictures of particles need to know of whatever is drawn: its bodies, times, fields and units."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from matpoint.results import Floats, Results, ResultsError, did_you_mean, scalar_of
-
-if TYPE_CHECKING:
-    from matpoint.simulation import Simulation
-    from matpoint.state import BodyState
+from matpoint.errors import ResultsError
+from matpoint.fields import Floats
 
 PANELS = 6
 
@@ -41,7 +38,10 @@ class Scene(Protocol):
 
     dim: int
     title: str
-    case: Mapping[str, Any]
+
+    @property
+    def case(self) -> Mapping[str, Any]:
+        """The resolved case."""
 
     @property
     def bodies(self) -> Mapping[str, Particles]:
@@ -51,60 +51,18 @@ class Scene(Protocol):
         """Unit of a field."""
 
 
-class LiveBody:
-    """A body of a simulation as pictures see it."""
+class HasScene(Protocol):
+    """What can be drawn: a results folder, or a simulation as it is now."""
 
-    def __init__(self, state: BodyState, time: float, is_fluid: bool) -> None:
-        self.name = state.name
-        self.times = np.array([time])
-        self.cells = state.cells
-        self.names = [name for name in (state.fields if self.cells is None else state.node_fields) if name != "position"]
-        self.is_fluid = is_fluid
-        self._state = state
-
-    def _read(self, name: str) -> Floats:
-        return np.asarray(self._state.field(name) if self.cells is None else self._state.node_field(name))
-
-    def positions(self, index: int) -> Floats:
-        """Positions [m], shape (n, 3)."""
-        x = self._read("position")
-        return np.pad(x, ((0, 0), (0, 3 - x.shape[1])))
-
-    def field(self, name: str, index: int) -> Floats:
-        """A field, shape (n,) or (n, components), as files have it. Raises ResultsError."""
-        if name not in self.names:
-            raise ResultsError(f'body "{self.name}" has no field "{name}", it has: {", ".join(self.names)}{did_you_mean(name, self.names)}')
-        values = self._read(name)
-        if values.ndim == 3:
-            return values.reshape(len(values), 9)[:, [0, 4, 8, 1, 5, 2]] if name == "stress" else values.reshape(len(values), 9)
-        return np.pad(values, ((0, 0), (0, 1))) if values.ndim == 2 and values.shape[1] == 2 else values
-
-    def scalar(self, name: str, index: int) -> Floats:
-        """One number per particle. Raises ResultsError."""
-        return scalar_of(self, name, index)
+    def _scene(self) -> Scene:
+        """Itself as pictures see it."""
 
 
-class LiveScene:
-    """A simulation as pictures see it."""
+class HasParticles(Protocol):
+    """A body that can be drawn, of a file or of a simulation."""
 
-    units = {"velocity": "m/s", "stress": "Pa", "von_mises": "Pa", "pressure": "Pa", "mass": "kg", "volume": "m^3"}
-
-    def __init__(self, simulation: Simulation) -> None:
-        self.case = simulation._core.resolved()
-        self.dim = int(self.case["dim"])
-        self.title = str(self.case.get("title") or simulation.case.name)
-        fluids = {body["name"] for body in self.case["body"] if "viscosity" in body.get("material", {})}
-        self.bodies = {name: LiveBody(state, simulation.time, name in fluids) for name, state in simulation.bodies.items()}
-
-    def unit(self, field_name: str) -> str:
-        """Unit of a field or of a component of it; empty where it has none."""
-        return self.units.get(field_name, self.units.get(field_name.rpartition("_")[0], ""))
-
-
-def scene_of(source: Results | Simulation) -> Scene:
-    """A results folder as it is, or a simulation as it is now."""
-    scene: Any = source if isinstance(source, Results) else LiveScene(source)
-    return cast(Scene, scene)
+    def _particles(self) -> Particles:
+        """Itself as pictures see it."""
 
 
 def common_count(bodies: Sequence[Particles]) -> int:

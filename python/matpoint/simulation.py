@@ -1,24 +1,29 @@
-"""Simulations: run, read and change a case while it runs."""
+"""Cases and simulations: the whole problem as data, and its run. They stand in one module because each makes the other."""
 
 from __future__ import annotations
 
+import html
 import os
 import sys
 import weakref
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from matpoint import _core
-from matpoint.case import Case, node_axes
-from matpoint.functions import Floats
-from matpoint.results import did_you_mean
+from matpoint.case_data import copied, node_axes, placeholders, plain, refuse_functions, text_of, to_core
+from matpoint.history import History
+from matpoint.parts import empty_section, part_of
+from matpoint.progress import Progress
+from matpoint.scene import Scene
 from matpoint.state import BodyState, GridState
 
-if TYPE_CHECKING:
-    import pandas
+_TABLES = ("grid", "time", "solver", "output")
+_LISTS = ("body", "boundary", "probe")
+_VALUES = ("title", "source", "dim", "gravity", "gravity_times", "gravity_factors", "body_force")
 
 # A process forked from one whose threads have worked has none of them, and would wait for them for ever.
 os.register_at_fork(after_in_child=lambda: _core.set_threads(1))
@@ -40,38 +45,189 @@ def threads() -> int:
     return int(_core.threads())
 
 
-class History(Mapping[str, Floats]):
-    """Sums over the bodies at the times of the history: the columns of history.csv as arrays of shape (rows,)."""
+@dataclass(frozen=True)
+class CaseReport:
+    """What a run of a case would be, from `Case.check`.
 
-    def __init__(self, columns: dict[str, Floats], units: dict[str, str]) -> None:
-        self._columns = columns
-        self.units = units
-        """Unit of each column."""
+    Attributes:
+        particles: Particles per body.
+        nodes: Nodes of the grid.
+        dt: The first time step [s].
+        steps: Steps to the end with that step.
+        memory: Bytes of particles and grid.
+        warnings: Things that work as asked but probably not as meant, a sentence each.
+        resolved: All values of the case with their defaults, as in a case file.
+    """
 
-    def __getitem__(self, name: str) -> Floats:
-        if name not in self._columns:
-            raise KeyError(f'the history has no column "{name}"{did_you_mean(name, list(self._columns))}')
-        return self._columns[name]
+    particles: dict[str, int]
+    nodes: int
+    dt: float
+    steps: int
+    memory: int
+    warnings: list[str]
+    resolved: dict[str, Any]
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._columns)
+    def _repr_html_(self) -> str:
+        rows = [("particles", ", ".join(f"{name} {count}" for name, count in self.particles.items())), ("nodes", self.nodes)]
+        rows += [("first step", f"{self.dt:.4g} s"), ("steps", self.steps), ("memory", f"{self.memory / 1e6:.1f} MB")]
+        rows += [("warning", text) for text in self.warnings]
+        return _table(rows)
 
-    def __len__(self) -> int:
-        return len(self._columns)
+
+def _table(rows: Iterable[tuple[str, Any]]) -> str:
+    cells = "".join(
+        f"<tr><th style='text-align:left'>{html.escape(k)}</th><td style='text-align:left'>{html.escape(str(v))}</td></tr>" for k, v in rows
+    )
+    return f"<table>{cells}</table>"
+
+
+class Case:
+    """A problem: what a case file holds, under the same names.
+
+    Args:
+        name: Names the results; a file's stem for a case that was read.
+        sections: The keys of a case file: title, source, dim, gravity [m/s^2], gravity_times [s], gravity_factors, grid, time,
+            solver, output, body, boundary, probe. Sections are parts (`Grid(...)`) or dicts, lists of them for body, boundary and probe.
+            Beside what a file can say: `body_force`, a function of positions (n, dim) [m], or of positions and time [s], that gives
+            accelerations (n, dim) [m/s^2], at the nodes or, with the implicit solver, at the particles; the initial `velocity` of a body
+            as a function of positions (n, dim) that gives velocities (n, dim) [m/s]; the `velocity` of a boundary
+            as a function of time that gives dim numbers [m/s]; regions chosen by `Where`; laws written as `FunctionLaw`; layouts `Points`
+            from arrays.
+
+    Raises:
+        InputError: There is no such section. Everything else is checked by `check`, `build` and `resolved`.
+
+    Sections are attributes: `case.solver.flip = 0.99` changes the case.
+    """
+
+    _data: dict[str, Any]
+    name: str
+
+    def __init__(self, name: str = "case", **sections: Any) -> None:
+        if not isinstance(name, str):
+            raise _core.InputError(f"Case: name = {name!r} is not allowed, it must be a string")
+        object.__setattr__(self, "name", name)
+        object.__setattr__(self, "_data", {})
+        for key, value in sections.items():
+            setattr(self, key, value)
+
+    def __setattr__(self, key: str, value: Any) -> None:
+        if key == "name":
+            object.__setattr__(self, key, value)
+            return
+        known = (*_VALUES, *_TABLES, *_LISTS)
+        if key not in known:
+            raise _core.InputError(f'Case: unknown section "{key}"; known: {", ".join(known)}')
+        if key in _LISTS and isinstance(value, Mapping):
+            value = [value]
+        if key in _LISTS and not (isinstance(value, (list, tuple)) and all(isinstance(item, Mapping) for item in value)):
+            raise _core.InputError(f"Case: {key} = {value!r} is not allowed: give one {key.capitalize()}(...), or a list of them")
+        self._data[key] = part_of(key, list(value) if key in _LISTS else value)
+
+    def __getattr__(self, key: str) -> Any:
+        if key.startswith("_"):
+            raise AttributeError(key)
+        if key in _TABLES:
+            return self._data.setdefault(key, empty_section(key))
+        if key in _LISTS:
+            return self._data.setdefault(key, [])
+        if key in _VALUES:
+            return self._data.get(key, 2 if key == "dim" else None)
+        raise AttributeError(f"Case has no {key}")
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *_VALUES, *_TABLES, *_LISTS]
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Case) and self.name == other.name and self._said() == other._said()
+
+    def _said(self) -> dict[str, Any]:
+        """What the case says, as plain data: sections that were only looked at say nothing."""
+        return {key: value for key, value in plain(self._data).items() if value not in ({}, [])}
 
     def __repr__(self) -> str:
-        return f"<history: {len(next(iter(self._columns.values())))} rows, {len(self)} columns>"
+        bodies = ", ".join(str(body.get("name")) for body in self.body)
+        return f"<Case {self.name}: {self.dim}D, bodies {bodies or 'none'}>"
 
-    def to_pandas(self) -> pandas.DataFrame:
-        """A DataFrame with the times as index. Raises ImportError without the package pandas."""
-        import pandas
+    def _repr_html_(self) -> str:
+        rows: list[tuple[str, Any]] = [("case", self.name)]
+        rows += [(key, value) for key, value in self._data.items() if key in _VALUES or key in _TABLES]
+        for key in _LISTS:
+            rows += [(key, item) for item in self._data.get(key, [])]
+        return _table(rows)
 
-        return pandas.DataFrame(dict(self._columns)).set_index("time")
+    @classmethod
+    def from_toml(cls, source: str | Path, sets: Iterable[str] = ()) -> Case:
+        """A case from a file, or the shipped case of that name (`shipped_cases`).
 
-    def _repr_png_(self) -> bytes:
-        from matpoint import plot
+        Args:
+            source: Path of a case file, or a name.
+            sets: Changes as on the command line, e.g. "solver.flip=0.99".
 
-        return plot.png_of(plot.energies(self))
+        Raises:
+            InputError: The file is no valid case; the text names the line, the value and what is allowed.
+        """
+        name, data = _core.load_case(str(source), [sets] if isinstance(sets, str) else list(sets))
+        return cls(name, **data)
+
+    def to_toml(self, path: str | Path | None = None) -> str:
+        """The case as a case file, also written to `path` when given; `from_toml` reads the same case back.
+
+        Raises:
+            InputError: The case holds a Python function, which no file can.
+        """
+        for key, value in self._data.items():
+            refuse_functions(key, value)
+        text = _core.write_toml(plain(self._data))
+        if path is not None:
+            Path(path).write_text(text, encoding="utf-8")
+        return text
+
+    def resolved(self) -> dict[str, Any]:
+        """All values with their defaults, as `matpoint check` prints them; functions and arrays of points as text. Raises InputError."""
+        data = self._resolve()
+        for key in ("body", "boundary"):
+            for said, given in zip(data.get(key, []), self._data.get(key, [])):
+                said.update({name: text for name in ("region", "velocity", "layout") if (text := text_of(name, given.get(name)))})
+        return data
+
+    def _resolve(self) -> dict[str, Any]:
+        data: dict[str, Any] = _core.resolve(placeholders(self._data, self.dim), self.name)
+        return data
+
+    def _to_core(self) -> dict[str, Any]:
+        return to_core(self._data, int(self.dim), self._resolve())
+
+    def __copy__(self) -> Case:
+        return self.copy()
+
+    def __deepcopy__(self, memo: object) -> Case:
+        return self.copy()
+
+    def copy(self) -> Case:
+        """A case that can be changed without changing this one; functions are shared."""
+        made = Case(self.name)
+        made._data.update({key: copied(value) for key, value in self._data.items()})
+        return made
+
+    def check(self) -> CaseReport:
+        """Says what a run would be, without running. Raises InputError for whatever `build` would refuse."""
+        simulation = Simulation(self)
+        dt = simulation.next_dt
+        resolved = self.resolved()
+        return CaseReport(
+            {name: len(body) for name, body in simulation.bodies.items()},
+            simulation.grid.node_count,
+            dt,
+            int(np.ceil(resolved["time"]["end"] / dt * (1 - 1e-12))),
+            simulation.memory,
+            simulation.warnings,
+            resolved,
+        )
+
+    def build(self) -> Simulation:
+        """Makes the particles: a simulation at t = 0. Raises InputError: all errors of the input that remain appear here."""
+        return Simulation(self)
 
 
 class Simulation:
@@ -177,7 +333,7 @@ class Simulation:
             self._core.open_results(str(output), overwrite, f"Python: {' '.join(sys.argv) or 'interactive'}")
         if not progress:
             return str(self._core.run(until))
-        with _Progress(self, until):
+        with Progress(self, until):
             return str(self._core.run(until))
 
     def step(self, count: int = 1) -> None:
@@ -251,10 +407,30 @@ class Simulation:
     def __reduce__(self) -> str:
         raise _core.InputError("a simulation cannot be pickled; pickle its case, or write results (run(output=...))")
 
+    def _scene(self) -> Scene:
+        return _LiveScene(self)
+
     def _repr_png_(self) -> bytes:
         from matpoint import plot
 
         return plot.png_of(plot.particles(self))
+
+
+class _LiveScene:
+    """A simulation as pictures see it."""
+
+    units = {"velocity": "m/s", "stress": "Pa", "von_mises": "Pa", "pressure": "Pa", "mass": "kg", "volume": "m^3"}
+
+    def __init__(self, simulation: Simulation) -> None:
+        self.case = simulation._core.resolved()
+        self.dim = int(self.case["dim"])
+        self.title = str(self.case.get("title") or simulation.case.name)
+        fluids = {body["name"] for body in self.case["body"] if "viscosity" in body.get("material", {})}
+        self.bodies = {name: state._drawn(simulation.time, name in fluids) for name, state in simulation.bodies.items()}
+
+    def unit(self, field_name: str) -> str:
+        """Unit of a field or of a component of it; empty where it has none."""
+        return self.units.get(field_name, self.units.get(field_name.rpartition("_")[0], ""))
 
 
 def _trampoline(simulation: Simulation, index: int) -> Callable[[], bool]:
@@ -270,50 +446,4 @@ def _trampoline(simulation: Simulation, index: int) -> Callable[[], bool]:
     return call
 
 
-class _Progress:
-    """Prints how far a run is, once a second."""
-
-    _installed: weakref.WeakKeyDictionary[Simulation, list[_Progress | None]] = weakref.WeakKeyDictionary()
-
-    def __init__(self, simulation: Simulation, until: float | None) -> None:
-        self._end = float(until) if until is not None else float(simulation._core.resolved()["time"]["end"])
-        self._begin = simulation.time
-        self._simulation = simulation
-
-    def __enter__(self) -> None:
-        import time
-
-        self._start = time.perf_counter()
-        current = self._installed.get(self._simulation)
-        if current is not None:
-            current[0] = self
-            return
-        slot: list[_Progress | None] = [self]
-        self._installed[self._simulation] = slot
-        reference = weakref.ref(self._simulation)
-
-        def tell() -> bool:
-            alive = reference()
-            if alive is not None and slot[0] is not None:
-                slot[0].show(alive)
-            return True
-
-        self._simulation._core.add_callback(tell, 0, 0.0, 1.0)
-
-    def show(self, simulation: Simulation) -> None:
-        """One line, over the last one."""
-        import time
-
-        share = (simulation.time - self._begin) / max(self._end - self._begin, 1e-300)
-        left = (time.perf_counter() - self._start) * (1 - share) / max(share, 1e-9)
-        print(
-            f"\r{100 * share:5.1f} %  t = {simulation.time:.4g} s  step {simulation.step_count}  {left:.0f} s left   ", end="", flush=True
-        )
-
-    def __exit__(self, *_: object) -> None:
-        self._installed[self._simulation][0] = None
-        share = (self._simulation.time - self._begin) / max(self._end - self._begin, 1e-300)
-        print(f"\r{100 * share:5.1f} %  t = {self._simulation.time:.4g} s  step {self._simulation.step_count}" + " " * 20, flush=True)
-
-
-__all__ = ["History", "Simulation", "set_threads", "threads"]
+__all__ = ["Case", "CaseReport", "Simulation", "set_threads", "threads"]

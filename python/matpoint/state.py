@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from matpoint import _core
-from matpoint.case import node_positions
-from matpoint.functions import Floats
+from matpoint._core import Simulation as CoreSimulation
+from matpoint.case_data import node_positions
+from matpoint.errors import ResultsError, did_you_mean
+from matpoint.fields import Floats, scalar_of
+from matpoint.scene import Particles
 
 if TYPE_CHECKING:
     import pyvista
-
-    from matpoint.simulation import Simulation
 
 __all__ = ["BodyState", "FieldArray", "GridState"]
 
@@ -69,6 +70,12 @@ class FieldArray(NDArray[np.float64] if TYPE_CHECKING else np.ndarray):  # type:
         plain.flags.writeable = False
 
 
+class _HasCore(Protocol):
+    """A simulation as its bodies see it; they keep it alive."""
+
+    _core: CoreSimulation
+
+
 class BodyState:
     """A body of a simulation: its particles now, in the order of their ids. `Simulation.bodies` has them.
 
@@ -76,7 +83,7 @@ class BodyState:
     simulation; other fields follow from these and are refused with the reason.
     """
 
-    def __init__(self, simulation: Simulation, index: int, name: str) -> None:
+    def __init__(self, simulation: _HasCore, index: int, name: str) -> None:
         self._simulation = simulation
         self._index = index
         self._name = name
@@ -253,11 +260,50 @@ class BodyState:
 
         return plot.to_pyvista(self)
 
+    def _drawn(self, time: float, is_fluid: bool) -> _LiveBody:
+        return _LiveBody(self, time, is_fluid)
+
+    def _particles(self) -> Particles:
+        return self._drawn(0.0, False)
+
+
+class _LiveBody:
+    """A body of a simulation as pictures see it."""
+
+    def __init__(self, state: BodyState, time: float, is_fluid: bool) -> None:
+        self.name = state.name
+        self.times = np.array([time])
+        self.cells = state.cells
+        self.names = [name for name in (state.fields if self.cells is None else state.node_fields) if name != "position"]
+        self.is_fluid = is_fluid
+        self._state = state
+
+    def _read(self, name: str) -> Floats:
+        return np.asarray(self._state.field(name) if self.cells is None else self._state.node_field(name))
+
+    def positions(self, index: int) -> Floats:
+        """Positions [m], shape (n, 3)."""
+        x = self._read("position")
+        return np.pad(x, ((0, 0), (0, 3 - x.shape[1])))
+
+    def field(self, name: str, index: int) -> Floats:
+        """A field, shape (n,) or (n, components), as files have it. Raises ResultsError."""
+        if name not in self.names:
+            raise ResultsError(f'body "{self.name}" has no field "{name}", it has: {", ".join(self.names)}{did_you_mean(name, self.names)}')
+        values = self._read(name)
+        if values.ndim == 3:
+            return values.reshape(len(values), 9)[:, [0, 4, 8, 1, 5, 2]] if name == "stress" else values.reshape(len(values), 9)
+        return np.pad(values, ((0, 0), (0, 1))) if values.ndim == 2 and values.shape[1] == 2 else values
+
+    def scalar(self, name: str, index: int) -> Floats:
+        """One number per particle. Raises ResultsError."""
+        return scalar_of(self, name, index)
+
 
 class GridState:
     """The background grid of a simulation: its nodes and what they carried in the last step. Arrays are numbered x fastest."""
 
-    def __init__(self, simulation: Simulation, axes: list[Floats]) -> None:
+    def __init__(self, simulation: _HasCore, axes: list[Floats]) -> None:
         self._simulation = simulation
         self._axes = axes
 

@@ -5,8 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "grid/grid.hpp"
 #include "kernel/kernel.hpp"
-#include "solver/solver.hpp"
+#include "solver/ledger.hpp"
+#include "solver/report.hpp"
 
 namespace matpoint {
 
@@ -15,13 +17,6 @@ struct BadPoint {
   Index id = -1;
   Vec3 position{};
   Real J = 0;
-};
-
-/// Some nodes of a tile of the grid.
-template <int Dim>
-struct TileNodes {
-  std::array<int, Dim> first{};  ///< The first node of the tile.
-  std::vector<int> lanes;        ///< The nodes, by their place in the tile.
 };
 
 /// Where a body ends, as a node sees it.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "body/fill_body.hpp"
 #include "core/parallel.hpp"
 #include "kernel/function_law.hpp"
 
@@ -86,18 +87,18 @@ SlotLayout<Dim> make_layout(const BodySpec& body, const ParticleScheme& scheme, 
 template <int Dim, class R>
 ParticleBody<Dim, R>::ParticleBody(const BodySpec& spec, const ParticleScheme& scheme, Grid<Dim, R>& grid)
     : name_(spec.name), material_(spec.material), scheme_(scheme), grid_(grid), kernels_(kernel_table<Dim, R>()) {
-  seed(spec, place_of(spec), grid);
+  seed(spec, grid);
   reports_.resize(blocks_->bands().size());
   arrivals_.resize(blocks_->bands().size());
   measure_extremes();
 }
 
 template <int Dim, class R>
-void ParticleBody<Dim, R>::seed(const BodySpec& spec, const std::string& where, Grid<Dim, R>& grid) {
+void ParticleBody<Dim, R>::seed(const BodySpec& spec, Grid<Dim, R>& grid) {
   const GridGeometry geometry = grid.geometry();
   SeedingGrid box{Dim, geometry.lower, {}, geometry.cell_size};
   for (int d = 0; d < Dim; ++d) box.upper[static_cast<std::size_t>(d)] = grid.upper(d);
-  const Seeds seeds = fill_body(spec, where, box);
+  const Seeds seeds = fill_body(spec, box);
   const std::size_t n = seeds.position.size();
   id_count_ = static_cast<Index>(n);
   const auto [smallest, largest] = std::minmax_element(seeds.volume.begin(), seeds.volume.end());

@@ -3,6 +3,8 @@
 
 #include "body/body.hpp"
 #include "body/cell_blocks.hpp"
+#include "case/body_spec.hpp"
+#include "case/solver_spec.hpp"
 #include "core/parallel.hpp"
 #include "kernel/particle_weights.hpp"
 #include "material/material.hpp"
@@ -81,7 +83,7 @@ class ParticleBody final : public Body<Dim> {
     int lane = 0;
   };
 
-  void seed(const BodySpec& spec, const std::string& where, Grid<Dim, R>& grid);
+  void seed(const BodySpec& spec, Grid<Dim, R>& grid);
   Context make_context(Real dt, Real flip) const;
   void sweep_band(Sweep what, std::size_t band_index, BandReport& report);
   /// Particles that wait, within their band, until the sweep has passed the block that they go to.

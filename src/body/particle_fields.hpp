@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include "material/material.hpp"
-#include "solver/solver.hpp"
+#include "solver/report.hpp"
 
 namespace matpoint {
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "body/fill_body.hpp"
 #include "body/particle_fields.hpp"
 #include "core/parallel.hpp"
 
@@ -49,7 +50,7 @@ void PointBody<Dim>::add_point(const Vec<Dim>& x, Real volume) {
 
 template <int Dim>
 PointBody<Dim>::PointBody(const BodySpec& spec, const SeedingGrid& grid) : name_(spec.name), material_(spec.material) {
-  const Seeds seeds = fill_body(spec, place_of(spec), grid);
+  const Seeds seeds = fill_body(spec, grid);
   const std::size_t n = seeds.position.size();
   position.resize(n);
   velocity.resize(n);

@@ -1,10 +1,11 @@
 // A body of particles in plain arrays, for the implicit solver: its cost is in the equations, so the storage stays as simple as it can be.
 #pragma once
 
-#include "body/seeding.hpp"
-#include "case/case.hpp"
+#include "case/body_spec.hpp"
+#include "geometry/layout.hpp"
 #include "material/material.hpp"
-#include "solver/solver.hpp"
+#include "solver/ledger.hpp"
+#include "solver/report.hpp"
 
 namespace matpoint {
 

@@ -1,6 +1,8 @@
 // Case files: TOML in, TOML out. The only file that knows TOML.
 #pragma once
 
+#include <map>
+
 #include "case/case.hpp"
 
 namespace matpoint {

@@ -47,17 +47,4 @@ void typed(ParameterTable<Owner>& table, const std::string& name, std::shared_pt
       });
 }
 
-struct Case;
-struct GridSpec;
-struct SolverSpec;
-struct TimeSpec;
-
-void check_grid(GridSpec& grid, const Input& input, const ReadContext& context);
-void check_solver(SolverSpec& solver, const Input& input, const ReadContext& context);
-void check_time(TimeSpec& time, const Input& input, const ReadContext& context);
-/// Declares [solver], whose keys depend on its type.
-void declare_solver(ParameterTable<Case>& table);
-/// What the chosen solver can and cannot do with the rest of the case.
-void check_for_solver(const Case& problem, const Input& input);
-
 }  // namespace matpoint

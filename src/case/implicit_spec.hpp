@@ -31,4 +31,7 @@ struct ImplicitSpec {
   static void declare(ParameterTable<ImplicitSpec>& table);
 };
 
+/// What goes beyond single values. Throws InputError.
+void check_implicit(ImplicitSpec& solver, const Input& input, const ReadContext& context);
+
 }  // namespace matpoint

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "core/interpolate.hpp"
 #include "core/parallel.hpp"
 
 namespace matpoint {
@@ -86,15 +85,6 @@ Vec<Dim> sliding(const SurfaceContact<Dim>& contact, const Vec<Dim>& w, Real w_n
 }
 
 }  // namespace
-
-Vec3 velocity_at(const BoundarySpec& spec, Real t) {
-  if (spec.kind != BoundaryKind::velocity) return {};
-  if (spec.velocity_history) return spec.velocity_history->at(t);
-  if (!spec.times.empty()) return interpolated(spec.times, spec.velocities, t);
-  Vec3 value{};
-  std::copy(spec.velocity.begin(), spec.velocity.end(), value.begin());
-  return value;
-}
 
 template <int Dim, class R>
 BoundaryConditions<Dim, R>::BoundaryConditions(const std::vector<BoundarySpec>& specs, const Grid<Dim, R>& grid) : specs_(specs) {
@@ -300,7 +290,7 @@ void BoundaryConditions<Dim, R>::touch_surfaces(Tile<Dim, R>& tile, const NodalD
 }
 
 template <int Dim, class R>
-void BoundaryConditions<Dim, R>::measure_gaps(const Grid<Dim, R>& grid, const std::vector<const Body<Dim>*>& bodies) const {
+void BoundaryConditions<Dim, R>::measure_gaps(const Grid<Dim, R>& grid, const GapMeasure& measure) const {
   for (std::size_t c = 0; c < specs_.size(); ++c) {
     if (specs_[c].contact == FaceContact::stick || specs_[c].region) continue;
     const Side side = side_of(specs_[c].side);
@@ -312,7 +302,7 @@ void BoundaryConditions<Dim, R>::measure_gaps(const Grid<Dim, R>& grid, const st
         }
         if (nodes.lanes.empty()) continue;
         std::vector<Real> gaps(nodes.lanes.size(), std::numeric_limits<Real>::infinity());
-        for (const Body<Dim>* body : bodies) body->measure_gaps(nodes, side.axis, side.is_upper, gaps);
+        measure(nodes, side.axis, side.is_upper, gaps);
         std::size_t i = 0;
         for (SurfaceContact<Dim>& contact : tile->contacts) {
           if (contact.condition == static_cast<int>(c)) contact.gap = gaps[i++];

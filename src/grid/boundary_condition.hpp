@@ -7,16 +7,14 @@
 // slides as Coulomb's law says; v and a change by the same impulse, so momentum balances to round-off.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
-#include "body/body.hpp"
+#include "case/boundary_spec.hpp"
 #include "grid/grid.hpp"
 
 namespace matpoint {
-
-/// The velocity that a condition prescribes at time t [m/s]; 0 unless kind = "velocity".
-Vec3 velocity_at(const BoundarySpec& spec, Real t);
 
 template <int Dim, class R>
 class BoundaryConditions {
@@ -39,8 +37,10 @@ class BoundaryConditions {
   /// Imposes the velocities on `second` only (USF, second mapping of MUSL).
   void constrain_second(Tile<Dim, R>& tile, const std::vector<Vec<Dim>>& values) const;
 
-  /// Measures the gaps between sides that let go and the bodies on a grid, for the next advance.
-  void measure_gaps(const Grid<Dim, R>& grid, const std::vector<const Body<Dim>*>& bodies) const;
+  /// Takes the distance [m] from a side of the grid to the nearest particle around each node into `gaps`, if it is less.
+  using GapMeasure = std::function<void(const TileNodes<Dim>& nodes, int axis, bool is_upper, std::vector<Real>& gaps)>;
+  /// Measures the gaps between sides that let go and what is on a grid, for the next advance. Threads call `measure` side by side.
+  void measure_gaps(const Grid<Dim, R>& grid, const GapMeasure& measure) const;
 
   /// Takes from changes of velocity, one per lane, what the conditions forbid: a surface that lets go holds what it held in the last
   /// advance.

@@ -6,17 +6,18 @@
 // bands can be worked side by side, then all odd ones, and every node gets its sums in one order.
 //
 // Cell i of a direction has the nodes i, ..., i + span. Those of linear shapes are its corners; those of B-splines are control points,
-// which stand at the Greville abscissae; those of GIMP and CPDI are corners from the one before the cell to the one after it, so the first and the
-// last node of a direction lie outside of the grid, and particles never reach them.
+// which stand at the Greville abscissae; those of GIMP and CPDI are corners from the one before the cell to the one after it, so the first
+// and the last node of a direction lie outside of the grid, and particles never reach them.
 #pragma once
 
 #include <unordered_map>
 #include <vector>
 
-#include "case/case.hpp"
+#include "case/grid_spec.hpp"
 #include "core/arena.hpp"
 #include "kernel/kernel.hpp"
-#include "solver/solver.hpp"
+#include "solver/ledger.hpp"
+#include "solver/report.hpp"
 
 namespace matpoint {
 
@@ -26,6 +27,13 @@ class BoundaryConditions;
 /// Whole cells or nodes: one number per direction.
 template <int Dim>
 using Place = std::array<int, Dim>;
+
+/// Some nodes of a tile of the grid.
+template <int Dim>
+struct TileNodes {
+  std::array<int, Dim> first{};  ///< The first node of the tile.
+  std::vector<int> lanes;        ///< The nodes, by their place in the tile.
+};
 
 /// A fixed component of a node in a tile.
 struct FixedComponent {

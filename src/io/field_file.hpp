@@ -3,7 +3,7 @@
 
 #include "core/types.hpp"
 #include "io/hdf5_file.hpp"
-#include "solver/solver.hpp"
+#include "solver/report.hpp"
 
 namespace matpoint {
 

@@ -1,6 +1,8 @@
 // manifest.toml: what made a results folder, and how the run ended.
 #pragma once
 
+#include <filesystem>
+
 #include "io/snapshot.hpp"
 
 namespace matpoint {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include "case/case.hpp"
-#include "case/simulation.hpp"
 #include "solver/solver.hpp"
 
 namespace matpoint {
@@ -9,14 +8,6 @@ namespace matpoint {
 /// What the outputs see of a run at one time. A view: valid while the case and the solver live, and until the next step.
 struct Snapshot {
   Snapshot(const Case& case_, const Solver& solver_) : problem(case_), solver(solver_) {}
-  /// Implicit, so that `results.write_history(simulation)` reads as it should.
-  Snapshot(const Simulation& simulation)
-      : problem(simulation.problem()),
-        solver(simulation.solver()),
-        time(simulation.time()),
-        step(simulation.step_count()),
-        dt(simulation.last_dt()),
-        initial_energy(simulation.initial_energy()) {}
 
   const Case& problem;
   const Solver& solver;

@@ -13,6 +13,7 @@
 #pragma once
 
 #include "core/types.hpp"
+#include "kernel/shape_kind.hpp"
 
 namespace matpoint {
 
@@ -26,17 +27,6 @@ constexpr int k_stress_size = Dim == 2 ? 4 : 6;
 
 /// Where the stress component (row, column) is stored.
 constexpr int stress_index(int row, int column) { return row == column ? row : row + column == 1 ? 3 : row + column == 3 ? 4 : 5; }
-
-/// Shape functions of the background.
-enum class ShapeKind { linear, bspline2, bspline3, gimp, cpdi };
-
-/// Nodes of a cell in each direction, beyond the first.
-constexpr int span_of(ShapeKind shape) { return shape == ShapeKind::linear ? 1 : shape == ShapeKind::bspline2 ? 2 : 3; }
-constexpr int k_span_max = 3;
-
-/// Whether particles have domains that reach into the next cells, where nodes stay the corners of cells: there is one before the first
-/// cell and one after the last.
-constexpr bool has_domains(ShapeKind shape) { return shape == ShapeKind::gimp || shape == ShapeKind::cpdi; }
 
 /// Rows of nodes around a cell, for shapes of a span.
 template <int Dim>

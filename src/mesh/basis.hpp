@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "case/case.hpp"
+#include "case/grid_spec.hpp"
 #include "mesh/mesh.hpp"
 
 namespace matpoint {

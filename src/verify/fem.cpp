@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
-#include "solver/implicit_solver.hpp"
+#include "implicit/implicit_solver.hpp"
 #include "verify/acceptance.hpp"
 #include "verify/analytic.hpp"
 

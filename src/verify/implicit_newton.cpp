@@ -4,7 +4,7 @@
 #include <random>
 
 #include "core/error.hpp"
-#include "solver/implicit_solver.hpp"
+#include "implicit/implicit_solver.hpp"
 #include "verify/analytic.hpp"
 
 namespace matpoint {

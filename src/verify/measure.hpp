@@ -2,7 +2,7 @@
 #pragma once
 
 #include "case/case_file.hpp"
-#include "case/simulation.hpp"
+#include "run/simulation.hpp"
 
 namespace matpoint {
 

@@ -85,7 +85,7 @@ def make_results(folder, dim=2, materials=None, times=(0.0, 0.5, 1.0), probes=()
 
 def run_plot(*arguments, **environment):
     return subprocess.run(
-        [sys.executable, "-m", "matpoint.plot", *map(str, arguments)],
+        [sys.executable, "-m", "matpoint.plot_command", *map(str, arguments)],
         env={**os.environ, "PYTHONPATH": str(PYTHON_FOLDER), **environment},
         capture_output=True,
         text=True,

@@ -3,8 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include "body/seeding.hpp"
 #include "case/case_file.hpp"
+#include "geometry/layout.hpp"
+#include "geometry/velocity_field.hpp"
 
 namespace matpoint::test {
 

@@ -12,7 +12,7 @@
 
 #include "case/case.hpp"
 #include "case/case_file.hpp"
-#include "case/simulation.hpp"
+#include "run/simulation.hpp"
 
 namespace matpoint::test {
 

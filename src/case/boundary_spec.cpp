@@ -1,0 +1,197 @@
+#include "case/boundary_spec.hpp"
+
+#include "case/case_reading.hpp"
+#include "core/interpolate.hpp"
+
+namespace matpoint {
+namespace {
+
+void check_velocity_table(BoundarySpec& boundary, const Input& input, const ReadContext& context) {
+  const auto dim = static_cast<std::size_t>(context.dim);
+  if (boundary.velocity_history && boundary.times.empty() && boundary.velocities.empty()) return;
+  if (boundary.times.empty() == boundary.velocity.empty() || boundary.times.empty() != boundary.velocities.empty()) {
+    fail_input(input, context, "kind = \"velocity\" needs velocity = [...], or a table: times = [...] with velocities = [[...], ...]");
+  }
+  if (!boundary.velocity.empty() && boundary.velocity.size() != dim) {
+    fail_input(at_key(input, "velocity"), context,
+               fmt::format("velocity has {} numbers; the case has dim = {}, so it must have {}", boundary.velocity.size(), dim, dim));
+  }
+  if (boundary.times.size() != boundary.velocities.size()) {
+    fail_input(at_key(input, "velocities"), context,
+               fmt::format("times has {} entries and velocities {}; they must match", boundary.times.size(), boundary.velocities.size()));
+  }
+  for (std::size_t k = 1; k < boundary.times.size(); ++k) {
+    if (boundary.times[k] > boundary.times[k - 1]) continue;
+    fail_input(at_key(input, "times"), context,
+               fmt::format("times[{}] = {} must be greater than times[{}] = {}", k, boundary.times[k], k - 1, boundary.times[k - 1]));
+  }
+}
+
+}  // namespace
+
+void check_boundary(BoundarySpec& boundary, const Input& input, const ReadContext& context) {
+  if (is_given(input, "side") == is_given(input, "region")) {
+    fail_input(input, context,
+               is_given(input, "side") ? "side and region are both given; give one of them"
+                                       : fmt::format("side is missing: give side = one of {}, or region = {{ type = ... }}",
+                                                     list_names(side_names(context.dim))));
+  }
+  if (boundary.region == nullptr) check_words({boundary.side}, "side", side_names(context.dim), input, context);
+  check_words(boundary.components, "components", axis_names(context.dim), input, context);
+  if (boundary.kind == BoundaryKind::slip) {
+    if (!boundary.components.empty()) {
+      fail_input(
+          at_key(input, "components"), context,
+          "kind = \"slip\" fixes the direction normal to the side or region and takes no components; use kind = \"fixed\" with them");
+    }
+    if (boundary.region != nullptr && !boundary.region->has_normal()) {
+      fail_input(
+          at_key(input, "region"), context,
+          "kind = \"slip\" needs a region with one surface: box, disk, sphere, polygon or half_space; give each part its own boundary");
+    }
+  }
+  if (boundary.kind == BoundaryKind::traction) {
+    if (boundary.traction.size() != static_cast<std::size_t>(context.dim)) {
+      fail_input(at_key(input, "traction"), context,
+                 fmt::format("kind = \"traction\" needs traction = [...] with {} numbers, got {}", context.dim, boundary.traction.size()));
+    }
+    if (!boundary.components.empty()) fail_input(at_key(input, "components"), context, "kind = \"traction\" takes no components");
+  } else if (is_given(input, "traction")) {
+    fail_input(at_key(input, "traction"), context, "traction is for kind = \"traction\" only");
+  }
+  if (boundary.contact != FaceContact::stick) {
+    const bool is_friction = boundary.contact == FaceContact::friction;
+    const bool has_kind = boundary.kind == BoundaryKind::fixed || boundary.kind == BoundaryKind::velocity ||
+                          (boundary.kind == BoundaryKind::slip && !is_friction);
+    const char* const problem =
+        !has_kind && is_friction       ? "is for kind = \"fixed\" or \"velocity\""
+        : !has_kind                    ? "is for kind = \"fixed\", \"velocity\" or \"slip\""
+        : !boundary.components.empty() ? "needs all components, so no components"
+        : boundary.region != nullptr && !boundary.region->has_normal()
+            ? "needs a region with one surface: box, disk, sphere, polygon or half_space; give each part its own boundary"
+            : nullptr;
+    if (problem != nullptr)
+      fail_input(at_key(input, "contact"), context, fmt::format("contact = {} {}", at_key(input, "contact").text(), problem));
+    if (is_friction && !is_given(input, "friction"))
+      fail_input(at_key(input, "contact"), context, "contact = \"friction\" needs friction, Coulomb's coefficient");
+  }
+  if (boundary.contact != FaceContact::friction && is_given(input, "friction"))
+    fail_input(at_key(input, "friction"), context, "friction is for contact = \"friction\" only");
+  if (boundary.kind == BoundaryKind::velocity) {
+    check_velocity_table(boundary, input, context);
+  } else {
+    for (const char* key : {"velocity", "times", "velocities"}) {
+      if (is_given(input, key)) fail_input(at_key(input, key), context, fmt::format("{} is for kind = \"velocity\" only", key));
+    }
+  }
+}
+
+void BoundarySpec::declare(ParameterTable<BoundarySpec>& table) {
+  table.custom(
+      {"side", "1", "string", "", "\"left\", \"right\" (x), \"bottom\", \"top\" (y), \"front\", \"back\" (z, 3D)",
+       "Side of the grid; either this or region.", false},
+      [](BoundarySpec& boundary, const Input& input, const ReadContext& context) {
+        read_value(input, context, "side", any_number(), boundary.side);
+      },
+      [](const BoundarySpec& boundary, int) -> std::optional<Input> {
+        if (boundary.side.empty()) return std::nullopt;
+        return Input::string(boundary.side);
+      });
+  typed(table, "region", &BoundarySpec::region, region_registry, "All nodes in a region: an obstacle, a support, a moving wall.", false);
+  table.choice("kind", &BoundarySpec::kind,
+               {{"fixed", BoundaryKind::fixed},
+                {"slip", BoundaryKind::slip},
+                {"velocity", BoundaryKind::velocity},
+                {"traction", BoundaryKind::traction}},
+               "fixed: velocity zero; slip: no velocity through the side or the region's surface; velocity: a given velocity; traction: a "
+               "dead load on "
+               "the faces of a body of elements.");
+  table.custom(
+      {"components", "1", type_text<std::vector<std::string>>(), "all", "\"x\", \"y\", \"z\"", "Components that fixed and velocity hold.",
+       false},
+      [](BoundarySpec& boundary, const Input& input, const ReadContext& context) {
+        read_value(input, context, "components", any_number(), boundary.components);
+        if (boundary.components.empty()) fail_input(input, context, "components = [] holds nothing; leave it out to hold all");
+      },
+      [](const BoundarySpec& boundary, int dim) -> std::optional<Input> {
+        if (boundary.components.empty()) return std::nullopt;
+        return write_value(boundary.components, dim);
+      });
+  table.custom(
+      {"attached", "1", "true or false", "false", "",
+       "Implicit solver: the body grows out of this side, so its nodes are no free surface for the soft stiffness.", false},
+      [](BoundarySpec& boundary, const Input& input, const ReadContext& context) {
+        read_value(input, context, "attached", any_number(), boundary.is_attached);
+      },
+      [](const BoundarySpec& boundary, int) -> std::optional<Input> {
+        if (!boundary.is_attached) return std::nullopt;
+        return Input::boolean(true);
+      });
+  table.custom(
+      {"receding_correction", "1", "number", "0", "0 <= value <= 1",
+       "C_c, implicit solver on elements: how far particles in the first row of cells that recede from this side are let go.", false},
+      [](BoundarySpec& boundary, const Input& input, const ReadContext& context) {
+        read_value(input, context, "receding_correction", between_closed(0, 1), boundary.receding_correction);
+      },
+      [](const BoundarySpec& boundary, int) -> std::optional<Input> {
+        if (boundary.receding_correction == 0) return std::nullopt;
+        return Input::real(boundary.receding_correction);
+      });
+  table.choice("contact", &BoundarySpec::contact,
+               {{"stick", FaceContact::stick}, {"no_tension", FaceContact::no_tension}, {"friction", FaceContact::friction}},
+               "Of a rigid surface: stick holds what touches it for good; no_tension lets go what it would have to pull; friction does so, "
+               "too, and holds along itself with no more than friction times the pressure.");
+  table.custom(
+      {"friction", "1", "number", "", ">= 0", "Coulomb's coefficient of contact = \"friction\".", false},
+      [](BoundarySpec& boundary, const Input& input, const ReadContext& context) {
+        read_value(input, context, "friction", non_negative(), boundary.friction);
+      },
+      [](const BoundarySpec& boundary, int) -> std::optional<Input> {
+        if (boundary.contact != FaceContact::friction) return std::nullopt;
+        return Input::real(boundary.friction);
+      });
+  const auto unless_empty = [](const auto& values, int dim) -> std::optional<Input> {
+    if (values.empty()) return std::nullopt;
+    return write_value(values, dim);
+  };
+  table.custom(
+      {"velocity", "m/s", "dim numbers", "", "", "The velocity, constant in time.", false},
+      [](BoundarySpec& boundary, const Input& input, const ReadContext& context) {
+        boundary.velocity_history = input.as_object<VelocityHistory>();
+        if (!boundary.velocity_history) read_value(input, context, "velocity", any_number(), boundary.velocity);
+      },
+      [=](const BoundarySpec& boundary, int dim) -> std::optional<Input> {
+        if (boundary.velocity_history) return Input::string("a function of time");
+        return unless_empty(boundary.velocity, dim);
+      });
+  table.custom(
+      {"traction", "Pa", "dim numbers", "", "", "For kind = \"traction\": force per undeformed area, which keeps its direction.", false},
+      [](BoundarySpec& boundary, const Input& input, const ReadContext& context) {
+        read_value(input, context, "traction", any_number(), boundary.traction);
+      },
+      [=](const BoundarySpec& boundary, int dim) { return unless_empty(boundary.traction, dim); });
+  table.custom(
+      {"times", "s", "array of numbers", "", "ascending", "Times of a table of velocities: linear between, constant before and after.",
+       false},
+      [](BoundarySpec& boundary, const Input& input, const ReadContext& context) {
+        read_value(input, context, "times", any_number(), boundary.times);
+      },
+      [=](const BoundarySpec& boundary, int dim) { return unless_empty(boundary.times, dim); });
+  table.custom(
+      {"velocities", "m/s", "array of points", "", "as many as times", "Velocities of the table, dim numbers each.", false},
+      [](BoundarySpec& boundary, const Input& input, const ReadContext& context) {
+        read_value(input, context, "velocities", any_number(), boundary.velocities);
+      },
+      [=](const BoundarySpec& boundary, int dim) { return unless_empty(boundary.velocities, dim); });
+}
+
+Vec3 velocity_at(const BoundarySpec& spec, Real t) {
+  if (spec.kind != BoundaryKind::velocity) return {};
+  if (spec.velocity_history) return spec.velocity_history->at(t);
+  if (!spec.times.empty()) return interpolated(spec.times, spec.velocities, t);
+  Vec3 value{};
+  std::copy(spec.velocity.begin(), spec.velocity.end(), value.begin());
+  return value;
+}
+
+}  // namespace matpoint

@@ -1,0 +1,48 @@
+// The sections [[boundary]] of a case: conditions on the grid's nodes.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "core/parameters.hpp"
+#include "geometry/region.hpp"
+
+namespace matpoint {
+
+enum class BoundaryKind { fixed, slip, velocity, traction };
+
+/// A velocity [m/s] as a function of time [s]; programs can give one, case files have tables instead.
+struct VelocityHistory {
+  std::function<Vec3(Real)> at;
+};
+
+/// How a rigid face holds what touches it: for good; only as long as it presses; or as long as it presses, and along the face no harder
+/// than Coulomb's law allows.
+enum class FaceContact { stick, no_tension, friction };
+
+/// A condition on the grid's nodes: on one side of the grid, or in a region.
+struct BoundarySpec {
+  std::string side;  ///< left right bottom top (front back in 3D); empty when a region is given.
+  RegionPointer region;
+  BoundaryKind kind = BoundaryKind::slip;
+  std::vector<std::string> components;  ///< Fixed components of `fixed` and `velocity`; empty: all.
+  std::vector<Real> velocity;           ///< [m/s], dim numbers, for kind = "velocity".
+  std::vector<Real> traction;           ///< [Pa], dim numbers, for kind = "traction".
+  std::vector<Real> times;              ///< [s], with velocities: a table in time, linear between, constant outside.
+  std::vector<Vec3> velocities;         ///< [m/s], one per time.
+  std::shared_ptr<VelocityHistory> velocity_history;
+  bool is_attached = false;
+  Real receding_correction = 0;  ///< C_c [1]
+  FaceContact contact = FaceContact::stick;
+  Real friction = 0;  ///< Coulomb's coefficient of contact = "friction" [1].
+  std::string place;
+  static void declare(ParameterTable<BoundarySpec>& table);
+};
+
+/// The velocity that a condition prescribes at time t [m/s]; 0 unless kind = "velocity".
+Vec3 velocity_at(const BoundarySpec& spec, Real t);
+
+/// What goes beyond single values. Throws InputError.
+void check_boundary(BoundarySpec& boundary, const Input& input, const ReadContext& context);
+
+}  // namespace matpoint

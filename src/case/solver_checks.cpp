@@ -1,0 +1,256 @@
+#include "case/solver_checks.hpp"
+
+#include <algorithm>
+
+#include "case/case_reading.hpp"
+
+namespace matpoint {
+namespace {
+
+/// A key of the other solver gets its own message: whoever switches the type has to clear these away.
+template <class Other, class Own>
+void refuse_keys_of_other(const Input& input, const ReadContext& context, const char* other) {
+  const auto has = [](const std::vector<ParameterDescription>& all, const std::string& name) {
+    return std::any_of(all.begin(), all.end(), [&](const ParameterDescription& one) { return one.name == name; });
+  };
+  const std::vector<ParameterDescription> own = parameters_of<Own>().describe();
+  const std::vector<ParameterDescription> others = parameters_of<Other>().describe();
+  for (const auto& [key, value] : input.entries()) {
+    if (!has(own, key) && has(others, key)) fail_input(value, context, fmt::format("{} is for solver.type = \"{}\" only", key, other));
+  }
+}
+
+[[noreturn]] void fail_case(const Input& at, const std::string& where, const std::string& text) { fail_input(at, {2, where}, text); }
+
+/// The given section, for the place of a message.
+const Input& section_of(const Input& input, const std::string& name) { return at_key(input, name); }
+
+/// What the shape functions and the formulation cannot do.
+void check_shape(const Case& problem, const Input& input) {
+  if (problem.solver.shape == ShapeKind::cpdi) {
+    const Input& solver = section_of(input, "solver");
+    if (problem.solver.transfer == Transfer::apic) {
+      fail_case(
+          at_key(solver, "transfer"), "solver",
+          "transfer = \"apic\" cannot be used with shape = \"cpdi\", whose domains couple the directions of APIC's slopes; use \"flip\", "
+          "\"pic\", \"tpic\" or \"fmpm\"");
+    }
+    if (problem.solver.stress_order == StressOrder::usf) {
+      fail_case(at_key(solver, "stress_order"), "solver",
+                "stress_order = \"usf\" cannot be used with shape = \"cpdi\": the domains would change between the two mappings of a step, "
+                "and momentum would be lost; use \"usl\" or \"musl\"");
+    }
+  }
+  if (problem.solver.shape != ShapeKind::linear) {
+    const Input& grid = section_of(input, "grid");
+    if (!problem.grid.periodic.empty()) {
+      fail_case(at_key(grid, "periodic"), "grid",
+                "periodic sides are for solver.shape = \"linear\" only: wider shapes end at the sides of the grid");
+    }
+    const Input& output = section_of(input, "output");
+    if (problem.output.grid) {
+      fail_case(
+          at_key(output, "grid"), "output",
+          "grid = true is for solver.shape = \"linear\" only: the nodes of wider shapes are no corners of cells with values of a field");
+    }
+  }
+}
+
+/// What bodies that meet by themselves cannot do.
+void check_contact(const Case& problem, const Input& input) {
+  const ContactMethod method = problem.solver.contact;
+  if (method != ContactMethod::single_field) {
+    const Input& at = at_key(section_of(input, "solver"), "contact");
+    const char* const name = method == ContactMethod::pairs ? "pairs" : "multi_field";
+    if (problem.bodies.size() < 2)
+      fail_case(at, "solver", fmt::format("contact = \"{}\" is for two or more bodies, and the case has one", name));
+    if (method == ContactMethod::multi_field && problem.solver.shape != ShapeKind::linear) {
+      fail_case(at, "solver",
+                "contact = \"multi_field\" is for shape = \"linear\" only: with wider shapes bodies that slide are held by their edges; "
+                "contact = \"pairs\" is for all shapes");
+    }
+    if (!problem.grid.periodic.empty()) fail_case(at, "solver", fmt::format("contact = \"{}\" cannot be used with periodic sides", name));
+    if (method == ContactMethod::multi_field && problem.solver.transfer == Transfer::fmpm) {
+      fail_case(at, "solver",
+                "contact = \"multi_field\" cannot be used with transfer = \"fmpm\", which spreads a node's velocity to its neighbours; use "
+                "\"flip\", \"pic\", \"apic\" or \"tpic\"");
+    }
+  }
+  for (const BodySpec& body : problem.bodies) {
+    if (body.formulation == Formulation::updated || problem.bodies.size() == 1 || method == ContactMethod::pairs) continue;
+    fail_case(Input::table().with_place(body.place), fmt::format("body {}", body.name),
+              "formulation = \"total\" is for cases with one body, or for contact = \"pairs\": on the grid, in its reference "
+              "configuration, it does not meet others");
+  }
+}
+
+void check_for_explicit(const Case& problem, const Input& input) {
+  const Input& grid = section_of(input, "grid");
+  for (const char* key : {"grading", "refinements", "lines_x", "lines_y", "lines_z", "corners"}) {
+    if (is_given(grid, key)) fail_case(at_key(grid, key), "grid", fmt::format("{} is for solver.type = \"implicit\" only", key));
+  }
+  check_shape(problem, input);
+  check_contact(problem, input);
+  const Input& time = section_of(input, "time");
+  if (problem.time.rule) fail_case(at_key(time, "rule"), "time", "rule is for solver.type = \"implicit\" only; automatic steps follow cfl");
+  for (const BodySpec& body : problem.bodies) {
+    if (body.method == BodyMethod::elements) {
+      fail_case(Input::table().with_place(body.place), fmt::format("body {}", body.name),
+                "method = \"elements\" is for solver.type = \"implicit\" only: the explicit solver's grid has no finite elements");
+    }
+  }
+  for (std::size_t b = 0; b < problem.boundaries.size(); ++b) {
+    const BoundarySpec& boundary = problem.boundaries[b];
+    const Input place = Input::table().with_place(boundary.place);
+    const std::string where = fmt::format("boundary {}", b + 1);
+    if (boundary.kind == BoundaryKind::traction) fail_case(place, where, "kind = \"traction\" is for solver.type = \"implicit\" only");
+    if (boundary.receding_correction > 0) fail_case(place, where, "receding_correction is for solver.type = \"implicit\" only");
+    if (boundary.is_attached) fail_case(place, where, "attached is for solver.type = \"implicit\" only");
+    const bool has_total =
+        std::any_of(problem.bodies.begin(), problem.bodies.end(), [](const auto& body) { return body.formulation == Formulation::total; });
+    if (boundary.contact != FaceContact::stick && has_total) {
+      fail_case(
+          place, where,
+          "contact cannot be used with bodies of formulation = \"total\", whose nodes do not move towards a surface; use \"updated\"");
+    }
+  }
+}
+
+/// Whether a side of the mapped grid is not along an axis.
+bool is_inclined(const GridSpec& grid, const std::string& side) {
+  if (grid.corners.empty()) return false;
+  const std::vector<std::string> order = {"bottom", "right", "top", "left"};
+  const auto first = static_cast<std::size_t>(std::find(order.begin(), order.end(), side) - order.begin());
+  const std::size_t across = first % 2 == 0 ? 1 : 0;
+  return grid.corners[first][across] != grid.corners[(first + 1) % 4][across];
+}
+
+void check_implicit_boundaries(const Case& problem) {
+  const bool is_element = problem.implicit.basis == BasisKind::element;
+  for (std::size_t b = 0; b < problem.boundaries.size(); ++b) {
+    const BoundarySpec& boundary = problem.boundaries[b];
+    const Input place = Input::table().with_place(boundary.place);
+    const std::string where = fmt::format("boundary {}", b + 1);
+    if (boundary.region) {
+      if (!is_element) {
+        fail_case(
+            place, where,
+            "the implicit solver on B-splines takes conditions on sides of the grid only: motion that is prescribed within cells needs "
+            "basis = \"element\"");
+      }
+      if (boundary.kind == BoundaryKind::slip)
+        fail_case(place, where, "the implicit solver has no kind = \"slip\" for a region; use kind = \"fixed\" with components");
+      if (boundary.is_attached || boundary.receding_correction > 0)
+        fail_case(place, where, "attached and receding_correction are for sides of the grid");
+    }
+    if (boundary.receding_correction > 0 && is_inclined(problem.grid, boundary.side)) {
+      fail_case(place, where,
+                fmt::format("receding_correction is for sides along an axis, but grid.corners inclines side = \"{}\"", boundary.side));
+    }
+    if (boundary.kind == BoundaryKind::slip && !boundary.region && is_inclined(problem.grid, boundary.side)) {
+      fail_case(place, where,
+                fmt::format("kind = \"slip\" holds the component across a side, but grid.corners inclines side = \"{}\"; use kind = "
+                            "\"fixed\", with components where they fit",
+                            boundary.side));
+    }
+    if (boundary.receding_correction > 0 && !is_element) {
+      fail_case(place, where, "receding_correction is for basis = \"element\" only; B-splines have contact = \"no_tension\"");
+    }
+    if (boundary.contact != FaceContact::stick && boundary.kind == BoundaryKind::slip)
+      fail_case(place, where, "the implicit solver has contact for kind = \"fixed\" or \"velocity\"");
+    if (boundary.contact != FaceContact::stick && is_element) {
+      fail_case(place, where,
+                "contact goes by the signs of reactions at nodes, which mean nothing on elements; use basis = \"bspline\", or "
+                "receding_correction");
+    }
+    if (boundary.contact != FaceContact::stick && problem.implicit.mode == ImplicitMode::quasi_static) {
+      fail_case(place, where, "contact is for mode = \"dynamic\" only: a body that is let go is held by its inertia");
+    }
+    const std::string& linear_solver = problem.implicit.linear_solver;
+    if (boundary.friction > 0 && (linear_solver == "ldlt" || linear_solver == "cholmod" || linear_solver == "cg")) {
+      fail_case(place, where,
+                fmt::format("friction makes the matrix unsymmetric, and linear_solver = \"{}\" is for symmetric ones; use \"auto\"",
+                            linear_solver));
+    }
+  }
+}
+
+void check_for_implicit(const Case& problem, const Input& input) {
+  const Input& grid = section_of(input, "grid");
+  const bool is_element = problem.implicit.basis == BasisKind::element;
+  if (!problem.grid.periodic.empty()) fail_case(at_key(grid, "periodic"), "grid", "the implicit solver has no periodic sides");
+  for (const char* key : {"grading", "lines_x", "lines_y", "lines_z", "corners"}) {
+    if (!is_element && is_given(grid, key))
+      fail_case(at_key(grid, key), "grid", fmt::format("{} is for solver.basis = \"element\"; B-splines need equal cells", key));
+  }
+  int particle_bodies = 0;
+  for (const BodySpec& body : problem.bodies) {
+    const Input place = Input::table().with_place(body.place);
+    const std::string where = fmt::format("body {}", body.name);
+    if (body.formulation == Formulation::total) fail_case(place, where, "formulation = \"total\" is for solver.type = \"explicit\" only");
+    if (body.has_fbar) fail_case(place, where, "fbar is for solver.type = \"explicit\" only");
+    if (body.method == BodyMethod::elements && !is_element)
+      fail_case(place, where, "method = \"elements\" needs solver.basis = \"element\": its cells are elements of the background");
+    if (body.method == BodyMethod::particles && ++particle_bodies > 1) {
+      fail_case(place, where, "the implicit solver has no contact between bodies of particles yet, so a case has one of them at most");
+    }
+    if (body.material->law_index() < 0) {
+      fail_case(place, where,
+                "the implicit solver needs a law's exact tangent, which a law given as a function does not have; write it in C++ "
+                "(docs/add_a_material.md), or use solver.type = \"explicit\"");
+    }
+    if (problem.implicit.mode != ImplicitMode::quasi_static) continue;
+    if (body.material->is_rate_dependent() && body.material->history_size() == 0) {
+      fail_case(place, where, fmt::format("the law \"{}\" depends on rates, which mode = \"static\" does not have", body.material->type()));
+    }
+    if (body.velocity) fail_case(place, where, "a body in mode = \"static\" has no velocity");
+  }
+  const Input& output = section_of(input, "output");
+  if (problem.output.grid)
+    fail_case(at_key(output, "grid"), "output", "the implicit solver writes no fields of nodes; leave grid = true out");
+  const Input& time = section_of(input, "time");
+  for (const char* key : {"cfl", "dt_max", "dt_min"}) {
+    if (is_given(time, key))
+      fail_case(at_key(time, key), "time", fmt::format("{} is for the explicit solver's automatic steps; use dt or rule", key));
+  }
+  if (!problem.time.dt && !problem.time.rule) {
+    fail_case(time, "time",
+              fmt::format("dt is missing: the implicit solver needs dt = ..., or rule = {{ type = ... }}, one of {}",
+                          list_names(step_rule_registry().names())));
+  }
+  check_implicit_boundaries(problem);
+}
+
+}  // namespace
+
+void declare_solver(ParameterTable<Case>& table) {
+  table.custom(
+      {"solver", "1", "table", "", "", "The scheme.", false},
+      [](Case& problem, const Input& input, const ReadContext& context) {
+        const ReadContext inside{context.dim, "solver"};
+        const Input* const type = input.kind() == Input::Kind::table ? input.find("type") : nullptr;
+        if (type != nullptr && type->kind() == Input::Kind::string && type->as_string() == "implicit") {
+          refuse_keys_of_other<SolverSpec, ImplicitSpec>(input, inside, "explicit");
+          parameters_of<ImplicitSpec>().read(input, inside, problem.implicit);
+          check_implicit(problem.implicit, input, inside);
+          problem.solver.type = "implicit";
+        } else {
+          if (input.kind() == Input::Kind::table) refuse_keys_of_other<ImplicitSpec, SolverSpec>(input, inside, "implicit");
+          parameters_of<SolverSpec>().read(input, inside, problem.solver);
+          check_solver(problem.solver, input, inside);
+        }
+      },
+      [](const Case& problem, int dim) -> std::optional<Input> {
+        return problem.is_implicit() ? parameters_of<ImplicitSpec>().write(problem.implicit, dim)
+                                     : parameters_of<SolverSpec>().write(problem.solver, dim);
+      });
+}
+
+void check_for_solver(const Case& problem, const Input& input) {
+  if (problem.is_implicit())
+    check_for_implicit(problem, input);
+  else
+    check_for_explicit(problem, input);
+}
+
+}  // namespace matpoint

@@ -1,0 +1,372 @@
+#include "explicit/explicit_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "body/particle_body.hpp"
+#include "core/interpolate.hpp"
+
+namespace matpoint {
+
+namespace {
+
+template <int Dim, class R>
+std::vector<std::unique_ptr<Grid<Dim, R>>> make_grids(const Case& problem) {
+  std::vector<std::unique_ptr<Grid<Dim, R>>> grids;
+  const std::size_t count = problem.solver.contact != ContactMethod::single_field ? problem.bodies.size() : 1;
+  for (std::size_t g = 0; g < count; ++g) grids.push_back(std::make_unique<Grid<Dim, R>>(problem.grid, problem.solver.shape));
+  return grids;
+}
+
+}  // namespace
+
+template <int Dim, class R>
+ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
+    : full_gravity_(problem.gravity),
+      gravity_times_(problem.gravity_times),
+      gravity_factors_(problem.gravity_factors),
+      gravity_(problem.gravity_at(0)),
+      body_force_(problem.body_force),
+      stress_order_(problem.solver.stress_order),
+      fmpm_order_(problem.solver.transfer == Transfer::fmpm ? problem.solver.fmpm_order : 1),
+      kernels_(kernel_table<Dim, R>()),
+      grids_(make_grids<Dim, R>(problem)),
+      geometry_(grids_[0]->geometry()),
+      boundary_conditions_(problem.boundaries, *grids_[0]) {
+  for (auto& grid : grids_) {
+    grid->set_boundary_conditions(&boundary_conditions_);
+    grid->set_refined(fmpm_order_ > 1);
+  }
+  Real smallest_mass = std::numeric_limits<Real>::infinity();
+  const bool has_particle_force = body_force_ && body_force_->is_of_particles;
+  const ParticleScheme scheme{problem.solver.shape, problem.solver.transfer, has_particle_force};
+  for (const BodySpec& spec : problem.bodies) {
+    Grid<Dim, R>& grid = *grids_[std::min(bodies_.size(), grids_.size() - 1)];
+    bodies_.push_back(std::make_unique<ParticleBody<Dim, R>>(spec, scheme, grid));
+    smallest_mass = std::min(smallest_mass, bodies_.back()->smallest_particle_mass());
+  }
+  std::copy_n(gravity_.begin(), Dim, dynamics_.gravity.begin());
+  dynamics_.damping = problem.solver.damping;
+  dynamics_.flip = problem.solver.transfer == Transfer::flip ? problem.solver.flip : 0;
+  dynamics_.mass_cutoff = problem.solver.mass_cutoff.value_or(problem.solver.mass_cutoff_relative * smallest_mass);
+  check_cutoff(problem.solver, smallest_mass);
+  std::vector<const Body<Dim>*> bodies;
+  for (const auto& body : bodies_) bodies.push_back(body.get());
+  if (problem.solver.contact == ContactMethod::pairs) {
+    pairs_ = std::make_unique<PairContact<Dim>>(problem, std::move(bodies));
+    update_pairs(0);
+  } else if (problem.solver.contact == ContactMethod::multi_field) {
+    std::vector<Grid<Dim, R>*> grids;
+    for (const auto& grid : grids_) grids.push_back(grid.get());
+    contact_ = std::make_unique<Contact<Dim, R>>(std::move(grids), std::move(bodies), problem.solver.friction);
+  }
+  if (body_force_ && !has_particle_force) {
+    constexpr Index k_nodes_max = 50'000'000;
+    if (node_count() > k_nodes_max) {
+      throw InputError("body_force: it is kept for all nodes of the grid, {} of them; at most {} are possible, so take larger cells",
+                       node_count(), k_nodes_max);
+    }
+    for (auto& grid : grids_) grid->set_body_force(&body_force_values_);
+    update_body_force(0);
+  }
+}
+
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::update_pairs(Real dt) {
+  if (!pairs_) return;
+  Stage stage(profile_, "contact");
+  pairs_->update(dt);
+  ledger_.contact_dissipation += pairs_->dissipated();
+  ledger_.contact_energy = pairs_->energy();
+}
+
+// To what the sweep has mapped, and not as a body force of the particles, which the fused sweeps would take to the nodes from one step
+// before: a lag makes the energy of stiff contact grow.
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::add_pair_forces() {
+  if (!pairs_) return;
+  Stage stage(profile_, "contact");
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const auto& forces = pairs_->forces(b);
+    if (!forces.ids.empty()) bodies_[b]->add_forces(forces.values, forces.ids, forces.box);
+  }
+}
+
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::update_body_force(Real t) {
+  if (!body_force_ || body_force_->is_of_particles || (body_force_->is_constant && !body_force_values_.empty())) return;
+  body_force_values_.resize(static_cast<std::size_t>(node_count()) * Dim);
+  if (node_positions_.empty()) node_positions_ = grids_[0]->node_positions();
+  body_force_->at(t, node_positions_, body_force_values_);
+  grids_[0]->copy_periodic(body_force_values_);
+}
+
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::update_particle_forces(Real t) {
+  if (!body_force_ || !body_force_->is_of_particles) return;
+  particle_forces_.resize(bodies_.size());
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const std::vector<Real> positions = bodies_[b]->field("position", b).values;
+    particle_forces_[b].assign(positions.size(), 0);
+    body_force_->at(t, positions, particle_forces_[b]);
+    bodies_[b]->set_body_force(particle_forces_[b]);
+  }
+}
+
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::book_particle_forces(const std::vector<std::vector<Real>>& forces, Real dt) {
+  for (std::size_t b = 0; b < forces.size(); ++b) {
+    Vec3 force;
+    ledger_.body_force_work += 0.5 * dt * bodies_[b]->body_force_power(forces[b], force);
+    for (std::size_t d = 0; d < 3; ++d) ledger_.body_force_impulse[d] += 0.5 * dt * force[d];
+  }
+}
+
+/// Where gravity changes, so does the gravitational energy of a body that stands still: work of the load.
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::update_gravity(Real t) {
+  if (gravity_times_.empty()) return;
+  const Real factor = interpolated(gravity_times_, gravity_factors_, t);
+  const Vec3 gravity{factor * full_gravity_[0], factor * full_gravity_[1], factor * full_gravity_[2]};
+  if (gravity == gravity_) return;
+  for (const auto& body : bodies_)
+    ledger_.body_force_work += body->totals(gravity).gravitational_energy - body->totals(gravity_).gravitational_energy;
+  gravity_ = gravity;
+  std::copy_n(gravity.begin(), Dim, dynamics_.gravity.begin());
+}
+
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::set_field(std::size_t body, const std::string& name, const std::vector<Real>& values) {
+  bodies_[body]->set_field(name, values);
+  is_mapped_ = false;  // the grid holds what the particles were
+  if (!pairs_) return;
+  pairs_->forget_places();
+  update_pairs(0);
+}
+
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::check_cutoff(const SolverSpec& spec, Real smallest_mass) const {
+  Real total_mass = 0;
+  for (const auto& body : bodies_) total_mass += body->mass();
+  if (dynamics_.mass_cutoff <= total_mass) return;
+  const std::string key = spec.mass_cutoff
+                              ? fmt::format("mass_cutoff = {} kg", *spec.mass_cutoff)
+                              : fmt::format("mass_cutoff_relative = {} ({:.6g} kg)", spec.mass_cutoff_relative, dynamics_.mass_cutoff);
+  throw InputError(
+      "{}{}solver: {} is more than all bodies weigh, {:.6g} kg: no node would ever move; the smallest particle has {:.6g} kg, "
+      "and the cutoff should be far below that",
+      spec.mass_cutoff_place, spec.mass_cutoff_place.empty() ? "" : ": ", key, total_mass, smallest_mass);
+}
+
+// USL: stress last, from the velocities that moved the particles (Sulsky, Chen & Schreyer 1994, as in the thesis by Kamuth).
+// USF: stress first, from the velocities at the start of the step (Bardenhagen 2002).
+// MUSL: stress last, from the particles' new velocities mapped to the grid once more (Sulsky, Zhou & Schreyer 1995).
+//
+// The particles are mapped to the grid by the sweep that moved them, in the step before; start() does it for the first step. The nodes
+// are worked by the sweep, too, tile by tile, before it needs them: start_pass() says how.
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
+  update_body_force(t);
+  update_gravity(t);
+  if (!is_mapped_) start();
+  // The stress order decides when forces are mapped: at the start of a step, or at the end of the one before.
+  if (stress_order_ == StressOrder::usf) update_particle_forces(t);
+  const std::vector<std::vector<Real>> particle_forces = particle_forces_;
+  book_particle_forces(particle_forces, dt);
+  if (stress_order_ != StressOrder::usf) update_particle_forces(t + dt);
+  // What leaves the grid in this step has been pulled for the whole of it.
+  for (auto& body : bodies_) {
+    for (std::size_t d = 0; d < Dim; ++d) ledger_.gravity_impulse[d] += body->mass() * dynamics_.gravity[d] * dt;
+  }
+  using Pass = typename Grid<Dim, R>::NodePass;
+  if (stress_order_ == StressOrder::usf) {
+    start_pass(Pass::velocity_keep, t, dt);
+    sweep("stress, p2g", Sweep::usf_stress, dt);
+    add_pair_forces();
+    start_pass(Pass::advance, t + dt, dt);
+    refine(t + dt, dt);
+    sweep("g2p, p2g", Sweep::usf_velocity, dt);
+  } else if (stress_order_ == StressOrder::musl) {
+    start_pass(Pass::advance_keep, t + dt, dt);
+    refine(t + dt, dt);
+    sweep("g2p, p2g", Sweep::musl_velocity, dt);
+    start_pass(Pass::velocity, t + dt, dt);
+    sweep("gradient, stress, p2g", Sweep::musl_gradient, dt);
+  } else {
+    start_pass(Pass::advance, t + dt, dt);
+    refine(t + dt, dt);
+    sweep("g2p, stress, p2g", Sweep::usl, dt);
+  }
+  update_pairs(dt);
+  if (stress_order_ != StressOrder::usf) add_pair_forces();
+  book_particle_forces(particle_forces, dt);
+  {
+    Stage stage(profile_, "check");
+    for (auto& body : bodies_) ledger_.viscous_dissipation += body->viscous_dissipation();
+    check_state(t + dt);
+  }
+  time_ = t + dt;
+}
+
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::measure_gaps() {
+  Stage stage(profile_, "contact");
+  for (std::size_t g = 0; g < grids_.size(); ++g) {
+    std::vector<const Body<Dim>*> bodies;
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      if (grids_.size() == 1 || b == g) bodies.push_back(bodies_[b].get());
+    }
+    boundary_conditions_.measure_gaps(*grids_[g], [&](const TileNodes<Dim>& nodes, int axis, bool is_upper, std::vector<Real>& gaps) {
+      for (const Body<Dim>* body : bodies) body->measure_gaps(nodes, axis, is_upper, gaps);
+    });
+  }
+}
+
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::refine(Real t, Real dt) {
+  for (int term = 1; term < fmpm_order_; ++term) {
+    sweep("refine", Sweep::refine, dt);
+    start_pass(Grid<Dim, R>::NodePass::refine, t, dt);
+  }
+}
+
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::start() {
+  for (auto& grid : grids_) grid->clear();
+  update_particle_forces(time_);
+  start_pass(Grid<Dim, R>::NodePass::velocity_keep, time_, 0);
+  sweep("start", stress_order_ == StressOrder::usf ? Sweep::start_momentum : Sweep::start, 0);
+  if (stress_order_ != StressOrder::usf) add_pair_forces();
+  is_mapped_ = true;
+}
+
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::start_pass(typename Grid<Dim, R>::NodePass pass, Real t, Real dt) {
+  using Pass = typename Grid<Dim, R>::NodePass;
+  if (pass == Pass::advance || pass == Pass::advance_keep) measure_gaps();
+  for (auto& grid : grids_) grid->start_pass(pass, kernels_, dynamics_, t, dt);
+  // MUSL's second velocities are left alone: keeping them from approaching, as one might, turns half of their noise into strain, and two
+  // bodies gain energy by that.
+  if (!contact_ || (pass != Pass::advance && pass != Pass::advance_keep)) return;
+  Stage stage(profile_, "contact");
+  contact_->apply(dynamics_.mass_cutoff, dt, ledger_);
+}
+
+template <int Dim, class R>
+std::vector<Field> ExplicitSolver<Dim, R>::grid_fields() const {
+  std::vector<Field> sum = grids_[0]->fields();
+  if (grids_.size() == 1) return sum;
+  // Of all velocity fields: the mass, and the velocity of the centre of mass.
+  std::vector<Real>& mass = sum[0].values;
+  std::vector<Real>& momentum = sum[1].values;
+  for (std::size_t k = 0; k < momentum.size(); ++k) momentum[k] *= mass[k / Dim];
+  for (std::size_t g = 1; g < grids_.size(); ++g) {
+    const std::vector<Field> one = grids_[g]->fields();
+    for (std::size_t k = 0; k < momentum.size(); ++k) momentum[k] += one[0].values[k / Dim] * one[1].values[k];
+    for (std::size_t n = 0; n < mass.size(); ++n) mass[n] += one[0].values[n];
+  }
+  for (std::size_t k = 0; k < momentum.size(); ++k) momentum[k] = mass[k / Dim] > 0 ? momentum[k] / mass[k / Dim] : 0;
+  return sum;
+}
+
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::sweep(const char* label, Sweep what, Real dt) {
+  {
+    Stage stage(profile_, label);
+    for (auto& body : bodies_) body->sweep(what, dt, dynamics_.flip);
+  }
+  Stage stage(profile_, "grid");
+  using Fold = typename Grid<Dim, R>::Fold;
+  for (auto& grid : grids_) {
+    grid->finish_pass(ledger_);
+    // What earlier sweeps of the step have mapped is folded already.
+    grid->fold_periodic(what == Sweep::usf_stress                               ? Fold::force
+                        : what == Sweep::musl_velocity || what == Sweep::refine ? Fold::momentum
+                                                                                : Fold::all);
+  }
+}
+
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::check_state(Real t) {
+  escapes_.clear();
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    bodies_[b]->append_escapes(b, escapes_);
+  }
+  const auto coordinates = [](const Vec3& x) { return fmt::format("({})", fmt::join(x.begin(), x.begin() + Dim, ", ")); };
+  for (const Escape& escape : escapes_) {
+    if (!std::all_of(escape.position.begin(), escape.position.end(), [](Real x) { return std::isfinite(x); })) {
+      throw SolverError(
+          "t = {:.8g} s: the state is no longer finite: particle {} of body \"{}\" is at {}; the time step is probably too large", t,
+          escape.id, bodies_[escape.body]->name(), coordinates(escape.position));
+    }
+  }
+  for (auto& body : bodies_) {
+    const BadPoint bad = body->bad_point();
+    if (bad.id < 0) continue;
+    throw SolverError(
+        "t = {:.8g} s: det F = {:.6g} of particle {} of body \"{}\" at {} is not positive: the material is turned inside out; "
+        "a smaller time step, stress_order = \"musl\" or a stiffer law may help",
+        t, bad.J, bad.id, body->name(), coordinates(bad.position));
+  }
+}
+
+template <int Dim, class R>
+Real ExplicitSolver<Dim, R>::stable_dt() const {
+  Real dt = std::numeric_limits<Real>::infinity();
+  for (const auto& body : bodies_) dt = std::min(dt, body->stable_dt());
+  const Real wall_speed = boundary_conditions_.greatest_speed(time_);
+  for (int d = 0; d < Dim && wall_speed > 0; ++d) dt = std::min(dt, grids_[0]->cell_size(d) / wall_speed);
+  if (pairs_) dt = std::min(dt, pairs_->stable_dt());
+  return dt;
+}
+
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::remove_escaped() {
+  for (auto& body : bodies_) body->remove_escaped(gravity_, ledger_);
+  escapes_.clear();
+  update_particle_forces(time_);
+  if (!pairs_) return;
+  // What is left must be mapped again, without the forces of those that were removed.
+  is_mapped_ = false;
+  pairs_->forget_places();
+  const Real before = ledger_.contact_energy;
+  update_pairs(0);
+  ledger_.removed_energy += before - ledger_.contact_energy;
+}
+
+template <int Dim, class R>
+Index ExplicitSolver<Dim, R>::memory() const {
+  Index bytes = 0;
+  for (const auto& grid : grids_) bytes += grid->memory();
+  for (const auto& body : bodies_) bytes += body->memory();
+  return bytes;
+}
+
+template <int Dim, class R>
+Occupancy ExplicitSolver<Dim, R>::occupancy() const {
+  Occupancy sum;
+  for (const auto& body : bodies_) {
+    const Occupancy one = body->occupancy();
+    sum.lanes += one.lanes;
+    sum.moved += one.moved;
+    sum.state_bytes += one.state_bytes;
+  }
+  return sum;
+}
+
+std::unique_ptr<Solver> make_explicit_solver(const Case& problem) {
+  const bool is_single = problem.solver.precision == "single";
+  if (problem.dim == 3) {
+    if (is_single) return std::make_unique<ExplicitSolver<3, float>>(problem);
+    return std::make_unique<ExplicitSolver<3, double>>(problem);
+  }
+  if (is_single) return std::make_unique<ExplicitSolver<2, float>>(problem);
+  return std::make_unique<ExplicitSolver<2, double>>(problem);
+}
+
+template class ExplicitSolver<2, double>;
+template class ExplicitSolver<3, double>;
+template class ExplicitSolver<2, float>;
+template class ExplicitSolver<3, float>;
+
+}  // namespace matpoint

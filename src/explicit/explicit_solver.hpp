@@ -1,0 +1,94 @@
+// Explicit MPM: one step for the three stress orders. Letters: docs/notation.md.
+#pragma once
+
+#include "body/body.hpp"
+#include "explicit/node_contact.hpp"
+#include "explicit/pair_contact.hpp"
+#include "grid/boundary_condition.hpp"
+#include "grid/grid.hpp"
+#include "solver/solver.hpp"
+
+namespace matpoint {
+
+/// R: the numbers that particles and grid are kept in, double or float.
+template <int Dim, class R>
+class ExplicitSolver final : public Solver {
+ public:
+  explicit ExplicitSolver(const Case& problem);
+
+  int dim() const override { return Dim; }
+  const GridGeometry& grid() const override { return geometry_; }
+  void step(Real t, Real dt) override;
+  Real stable_dt() const override;
+  const std::vector<Escape>& escapes() const override { return escapes_; }
+  void remove_escaped() override;
+
+  std::size_t body_count() const override { return bodies_.size(); }
+  const std::string& body_name(std::size_t body) const override { return bodies_[body]->name(); }
+  Index particle_count(std::size_t body) const override { return bodies_[body]->particle_count(); }
+  std::vector<std::string> field_names(std::size_t body) const override { return bodies_[body]->field_names(); }
+  void take_fields(std::size_t body, const std::vector<std::string>& names, int vector_size, std::vector<Field>& fields) const override {
+    bodies_[body]->take_fields(names, body, vector_size, fields);
+  }
+  void set_field(std::size_t body, const std::string& name, const std::vector<Real>& values) override;
+  std::vector<Field> grid_fields() const override;
+  BodyTotals totals(std::size_t body) const override { return bodies_[body]->totals(gravity_); }
+  const Ledger& ledger() const override { return ledger_; }
+  const Profile& profile() const override { return profile_; }
+  Index node_count() const override { return grids_[0]->node_count(); }
+  Index memory() const override;
+  Occupancy occupancy() const override;
+
+ private:
+  void start();
+  /// Evaluates the body force for a step from time t [s].
+  void update_body_force(Real t);
+  /// The same for a body force of particles: what the next mapping takes to the nodes.
+  void update_particle_forces(Real t);
+  /// Half of the impulse and work of the body force of particles in a step.
+  void book_particle_forces(const std::vector<std::vector<Real>>& forces, Real dt);
+  /// Evaluates the forces between pairs of particles, dt [s] after the last time, and books them.
+  void update_pairs(Real dt);
+  /// Adds them to what is mapped.
+  void add_pair_forces();
+  void update_gravity(Real t);
+  void measure_gaps();
+  /// FMPM: further terms of the nodes' velocity, after they have advanced.
+  void refine(Real t, Real dt);
+  void start_pass(typename Grid<Dim, R>::NodePass pass, Real t, Real dt);
+  void sweep(const char* label, Sweep what, Real dt);
+  void check_state(Real t);
+  void check_cutoff(const SolverSpec& spec, Real smallest_mass) const;
+
+  Vec3 full_gravity_;
+  std::vector<Real> gravity_times_;
+  std::vector<Real> gravity_factors_;
+  Vec3 gravity_;  ///< Now [m/s^2].
+  std::shared_ptr<BodyForce> body_force_;
+  std::vector<Real> node_positions_;                ///< For the body force.
+  std::vector<Real> body_force_values_;             ///< Dim per node [m/s^2]; empty without a body force.
+  std::vector<std::vector<Real>> particle_forces_;  ///< Of a body force of particles, now: per body, Dim per particle [m/s^2].
+  StressOrder stress_order_;
+  NodalDynamics<Dim> dynamics_;
+  int fmpm_order_;  ///< 1 without FMPM.
+  const KernelTable<Dim, R>& kernels_;
+  /// One for all bodies, or one for each of them.
+  std::vector<std::unique_ptr<Grid<Dim, R>>> grids_;
+  GridGeometry geometry_;
+  BoundaryConditions<Dim, R> boundary_conditions_;
+  std::vector<std::unique_ptr<Body<Dim>>> bodies_;  // after the grids that they point to
+  std::unique_ptr<Contact<Dim, R>> contact_;        ///< Of contact = "multi_field" only.
+  std::unique_ptr<PairContact<Dim>> pairs_;         ///< Of contact = "pairs" only.
+  /// Whether the grid holds the particles' mass and momentum (and force): a cache between steps, the sweep that moves the particles
+  /// has mapped them, too.
+  bool is_mapped_ = false;
+  Real time_ = 0;  ///< At the end of the last step [s].
+  std::vector<Escape> escapes_;
+  Ledger ledger_;
+  Profile profile_;
+};
+
+/// Of the dimension and precision that the case asks for. Throws InputError.
+std::unique_ptr<Solver> make_explicit_solver(const Case& problem);
+
+}  // namespace matpoint

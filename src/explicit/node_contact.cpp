@@ -1,0 +1,209 @@
+#include "explicit/node_contact.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/parallel.hpp"
+#include "grid/boundary_condition.hpp"
+
+namespace matpoint {
+namespace {
+
+/// Of more than two bodies at a node, one impulse may undo another; so often are the pairs gone through.
+constexpr int k_rounds = 8;
+
+/// Bodies touch when their centroids are closer than this, in cell sides.
+constexpr Real k_touching = 0.775;
+
+/// The cosine of the widest angle between the normal and the line of the centroids: bodies beside each other do not touch along a normal of
+/// their upper sides. Within `k_inside` cell sides of each other they do in any direction, for then that line means nothing.
+constexpr Real k_aligned = 0.5;
+constexpr Real k_inside = 0.2;
+
+template <int Dim, class R>
+bool is_active(const NodeValues<Dim, R>& nodes, int lane, Real cutoff) {
+  return nodes.moved_mass[lane] > 0 && nodes.moved_mass[lane] >= cutoff;
+}
+
+/// What holds a node holds it against contact, too: takes back the part of a change that a condition forbids.
+template <int Dim, class R>
+void keep_conditions(const Tile<Dim, R>& tile, const std::vector<Vec<Dim>>& before, const std::vector<Vec<Dim>>& surface_velocities,
+                     std::vector<Vec<Dim>>& after) {
+  for (const FixedComponent& fixed : tile.components) {
+    const auto lane = static_cast<std::size_t>(fixed.lane);
+    after[lane][static_cast<std::size_t>(fixed.component)] = before[lane][static_cast<std::size_t>(fixed.component)];
+  }
+  for (const FixedNormal<Dim>& fixed : tile.normals) {
+    const auto lane = static_cast<std::size_t>(fixed.lane);
+    const Real changed = dot(fixed.n, after[lane]) - dot(fixed.n, before[lane]);
+    for (std::size_t d = 0; d < Dim; ++d) after[lane][d] -= changed * fixed.correction[d];
+  }
+  BoundaryConditions<Dim, R>::keep_out(tile, surface_velocities, after);
+}
+
+}  // namespace
+
+template <int Dim, class R>
+void Contact<Dim, R>::apply(Real mass_cutoff, Real dt, Ledger& ledger) {
+  const std::vector<std::vector<Shared>> all = find_shared();
+  std::vector<Ledger> books(all.size());
+  Index work_size = 0;
+  for (const auto& band : all) work_size += static_cast<Index>(band.size()) * k_lanes<R>;
+  parallel_for(static_cast<Index>(all.size()), work_size, [&](Index b) {
+    const auto band = static_cast<std::size_t>(b);
+    for (const Shared& one : all[band]) work(one, band, mass_cutoff, dt, books[band]);
+  });
+  // In the order of the bands: the same bits for any number of threads.
+  for (const Ledger& book : books) {
+    ledger.contact_dissipation += book.contact_dissipation;
+    ledger.boundary_work += book.boundary_work;
+    for (std::size_t d = 0; d < Dim; ++d) ledger.boundary_impulse[d] += book.boundary_impulse[d];
+  }
+}
+
+/// Per band of the grid.
+template <int Dim, class R>
+std::vector<std::vector<typename Contact<Dim, R>::Shared>> Contact<Dim, R>::find_shared() const {
+  std::vector<std::vector<Shared>> all(static_cast<std::size_t>(grids_[0]->band_count()));
+  for (std::size_t a = 0; a + 1 < grids_.size(); ++a) {
+    for (std::size_t band = 0; band < all.size(); ++band) {
+      for (Tile<Dim, R>* tile : grids_[a]->tiles(band)) {
+        Shared shared{{a}, {tile}};
+        for (std::size_t b = a + 1; b < grids_.size(); ++b) {
+          if (Tile<Dim, R>* const other = grids_[b]->find(tile->first)) {
+            shared.bodies.push_back(b);
+            shared.tiles.push_back(other);
+          }
+        }
+        if (shared.bodies.size() == 1) continue;
+        bool is_known = false;  // from a body before
+        for (std::size_t before = 0; before < a && !is_known; ++before) is_known = grids_[before]->find(tile->first) != nullptr;
+        if (!is_known) all[band].push_back(std::move(shared));
+      }
+    }
+  }
+  return all;
+}
+
+template <int Dim, class R>
+void Contact<Dim, R>::work(const Shared& shared, std::size_t band, Real mass_cutoff, Real dt, Ledger& ledger) const {
+  const std::size_t count = shared.bodies.size();
+  std::vector<Velocities> before(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    grids_[shared.bodies[k]]->prepare(*shared.tiles[k], band);
+    const NodeValues<Dim, R>& nodes = shared.tiles[k]->values;
+    before[k].resize(k_lanes<R>);
+    for (std::size_t lane = 0; lane < k_lanes<R>; ++lane) {
+      for (std::size_t d = 0; d < Dim; ++d) before[k][lane][d] = nodes.velocity[d][lane];
+    }
+  }
+  bool is_changed = false;
+  std::vector<Velocities> after = before;
+  for (int round = 0; round < (count == 2 ? 1 : k_rounds); ++round) {
+    bool is_changed_now = false;
+    for (std::size_t a = 0; a < count; ++a) {
+      for (std::size_t b = a + 1; b < count; ++b) is_changed_now = collide(shared, a, b, mass_cutoff, after) || is_changed_now;
+    }
+    if (!is_changed_now) break;
+    is_changed = true;
+  }
+  if (!is_changed) return;
+  for (std::size_t k = 0; k < count; ++k) {
+    const Velocities wanted = after[k];
+    keep_conditions<Dim>(*shared.tiles[k], before[k], grids_[0]->boundary_velocities(), after[k]);
+    NodeValues<Dim, R>& nodes = shared.tiles[k]->values;
+    for (std::size_t lane = 0; lane < k_lanes<R>; ++lane) {
+      const Vec<Dim>& old = before[k][lane];
+      const Vec<Dim>& now = after[k][lane];
+      if (now == old && wanted[lane] == old) continue;
+      for (std::size_t d = 0; d < Dim; ++d) {
+        nodes.velocity[d][lane] = static_cast<R>(now[d]);
+        nodes.second[d][lane] += static_cast<R>((now[d] - old[d]) / dt);
+        const Real impulse = nodes.moved_mass[lane] * (now[d] - wanted[lane][d]);
+        ledger.boundary_impulse[d] += impulse;
+        ledger.boundary_work += impulse * now[d];
+      }
+      ledger.contact_dissipation += 0.5 * nodes.moved_mass[lane] * (dot(old, old) - dot(wanted[lane], wanted[lane]));
+    }
+  }
+}
+
+template <int Dim, class R>
+bool Contact<Dim, R>::touch(const NodeSurface<Dim>& a, const NodeSurface<Dim>& b, const Vec<Dim>& n) const {
+  Real distance = 0;  // along n
+  Real apart = 0;     // in any direction, squared
+  Real side = 0;      // of a cell along n, squared
+  for (std::size_t d = 0; d < Dim; ++d) {
+    const Real along = n[d] * grids_[0]->cell_size(static_cast<int>(d));
+    const Real between = b.centroid[d] - a.centroid[d];
+    distance += n[d] * between;
+    apart += between * between;
+    side += along * along;
+  }
+  if (distance * std::abs(distance) >= k_touching * k_touching * side) return false;
+  return distance * std::abs(distance) >= k_aligned * k_aligned * apart || apart < k_inside * k_inside * side;
+}
+
+/// From a to b, of length 1; 0 where neither body has a surface. Of two that are about as long as each other, the mean: a mirror image of a
+/// case has the mirror image of its normals. The share was measured: from 0.03 on two disks lose 2.9 % of their energy (3.3 % with 0.02),
+/// and up to 0.03 the block on the incline keeps 97.7 % of its speed (96.5 % with 0.04).
+template <int Dim, class R>
+Vec<Dim> Contact<Dim, R>::normal(const NodeSurface<Dim>& a, const NodeSurface<Dim>& b) const {
+  constexpr Real k_equal = 0.03;  // of the sum of the lengths
+  const Real size_a = std::sqrt(dot(a.outward, a.outward));
+  const Real size_b = std::sqrt(dot(b.outward, b.outward));
+  const Real tie = k_equal * (size_a + size_b);
+  Vec<Dim> n{};
+  for (std::size_t d = 0; d < Dim; ++d) {
+    if (size_a >= size_b - tie) n[d] += a.outward[d];
+    if (size_b >= size_a - tie) n[d] -= b.outward[d];
+  }
+  const Real size = std::sqrt(dot(n, n));
+  for (std::size_t d = 0; d < Dim && size > 0; ++d) n[d] /= size;
+  return n;
+}
+
+/// Two bodies at the nodes of a tile. Returns whether anything changed.
+template <int Dim, class R>
+bool Contact<Dim, R>::collide(const Shared& shared, std::size_t a, std::size_t b, Real mass_cutoff,
+                              std::vector<Velocities>& velocities) const {
+  const NodeValues<Dim, R>& nodes_a = shared.tiles[a]->values;
+  const NodeValues<Dim, R>& nodes_b = shared.tiles[b]->values;
+  TileNodes<Dim> at{shared.tiles[a]->first, {}};
+  for (int lane = 0; lane < k_lanes<R>; ++lane) {
+    if (is_active(nodes_a, lane, mass_cutoff) && is_active(nodes_b, lane, mass_cutoff)) at.lanes.push_back(lane);
+  }
+  if (at.lanes.empty()) return false;
+  const std::vector<NodeSurface<Dim>> surfaces_a = bodies_[shared.bodies[a]]->surfaces(at);
+  const std::vector<NodeSurface<Dim>> surfaces_b = bodies_[shared.bodies[b]]->surfaces(at);
+  bool is_changed = false;
+  for (std::size_t i = 0; i < at.lanes.size(); ++i) {
+    const int lane = at.lanes[i];
+    Vec<Dim>& v_a = velocities[a][static_cast<std::size_t>(lane)];
+    Vec<Dim>& v_b = velocities[b][static_cast<std::size_t>(lane)];
+    Vec<Dim> sliding;
+    const Vec<Dim> n = normal(surfaces_a[i], surfaces_b[i]);
+    if (dot(n, n) == 0) continue;
+    const Real approach = dot(v_a, n) - dot(v_b, n);
+    if (approach <= 0 || !touch(surfaces_a[i], surfaces_b[i], n)) continue;
+    for (std::size_t d = 0; d < Dim; ++d) sliding[d] = v_a[d] - v_b[d] - approach * n[d];
+    const Real speed = std::sqrt(dot(sliding, sliding));
+    const Real stopped = speed > 0 ? std::min(Real{1}, friction_ * approach / speed) : 0;
+    const Real m_a = nodes_a.moved_mass[lane];
+    const Real m_b = nodes_b.moved_mass[lane];
+    for (std::size_t d = 0; d < Dim; ++d) {
+      const Real relative = approach * n[d] + stopped * sliding[d];
+      v_a[d] -= m_b / (m_a + m_b) * relative;
+      v_b[d] += m_a / (m_a + m_b) * relative;
+    }
+    is_changed = true;
+  }
+  return is_changed;
+}
+
+template class Contact<2, double>;
+template class Contact<3, double>;
+template class Contact<2, float>;
+template class Contact<3, float>;
+
+}  // namespace matpoint

@@ -1,0 +1,407 @@
+#include "implicit/implicit_solver.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+
+#include "body/particle_fields.hpp"
+
+namespace matpoint {
+namespace {
+
+template <int Dim>
+std::unique_ptr<Basis<Dim>> make_basis(const Case& problem) {
+  if (problem.implicit.basis == BasisKind::element) return make_element_basis<Dim>(problem.grid, problem.implicit.element_order);
+  return make_spline_basis<Dim>(problem.grid);
+}
+
+template <int Dim>
+SeedingGrid seeding_grid(const GridSpec& grid) {
+  SeedingGrid box{Dim, grid.lower, grid.upper, {}};
+  for (std::size_t d = 0; d < Dim; ++d) box.cell_size[d] = grid.cell_size[d] * std::ldexp(1, -grid.refinements);
+  return box;
+}
+
+/// Of a grid that is no box: whether all particles are in it.
+template <int Dim>
+void check_inside(const PointBody<Dim>& body, const Basis<Dim>& basis, const BodySpec& spec) {
+  for (std::size_t p = 0; p < static_cast<std::size_t>(body.count()); ++p) {
+    if (basis.locate(body.position[p])) continue;
+    throw InputError("{}: particle {} at ({:.6g}) is outside of the quadrilateral of grid.corners; move the body or the corners",
+                     place_of(spec), body.id[p], fmt::join(body.position[p], ", "));
+  }
+}
+
+/// Whether a face of a body of elements carries the load of a condition.
+template <int Dim>
+bool is_loaded(const BoundarySpec& spec, const ElementFace& face, const Basis<Dim>& basis) {
+  if (!spec.region) {
+    const std::vector<ElementFace>& side = basis.side_faces(spec.side);
+    return std::any_of(side.begin(), side.end(), [&](const ElementFace& one) {
+      return one.element == face.element && one.axis == face.axis && one.is_upper == face.is_upper;
+    });
+  }
+  for (int corner = 0; corner < 1 << (Dim - 1); ++corner) {
+    ElementPoint<Dim> point{face.element, {}};
+    for (int d = 0, bit = 0; d < Dim; ++d)
+      point.xi[static_cast<std::size_t>(d)] = d == face.axis ? (face.is_upper ? 1 : -1) : (corner >> bit++ & 1) != 0 ? 1 : -1;
+    Vec3 x{};
+    const Vec<Dim> position = basis.position(point);
+    std::copy(position.begin(), position.end(), x.begin());
+    if (!spec.region->contains(x)) return false;
+  }
+  return true;
+}
+
+template <int Dim>
+Vec<Dim> face_middle(const ElementFace& face, const Basis<Dim>& basis) {
+  ElementPoint<Dim> point{face.element, {}};
+  point.xi[static_cast<std::size_t>(face.axis)] = face.is_upper ? 1 : -1;
+  return basis.position(point);
+}
+
+/// Adds int N t dA over a face, by Gauss's rule with three points per direction.
+template <int Dim>
+void add_traction(const std::vector<Real>& traction, const ElementFace& face, const Basis<Dim>& basis, std::vector<Vec<Dim>>& forces) {
+  const Real places[3] = {-std::sqrt(0.6), 0, std::sqrt(0.6)};
+  const Real weights[3] = {5.0 / 9, 8.0 / 9, 5.0 / 9};
+  std::vector<Real> N(static_cast<std::size_t>(basis.functions_per_cell()));
+  std::vector<Real> gradients(N.size() * Dim);
+  for (int k = 0; k < whole_power(3, Dim - 1); ++k) {
+    ElementPoint<Dim> point{face.element, {}};
+    Real weight = 1;
+    Vec3 tangents[2] = {{0, 0, 1}, {0, 0, 1}};
+    int tangent = 0;
+    for (int d = 0, rest = k; d < Dim; ++d) {
+      const auto s = static_cast<std::size_t>(d);
+      if (d == face.axis) {
+        point.xi[s] = face.is_upper ? 1 : -1;
+        continue;
+      }
+      point.xi[s] = places[rest % 3];
+      weight *= weights[rest % 3];
+      rest /= 3;
+    }
+    // dx/dxi by central differences, which are exact for quadratic functions.
+    for (int d = 0; d < Dim; ++d) {
+      if (d == face.axis) continue;
+      ElementPoint<Dim> before = point, after = point;
+      before.xi[static_cast<std::size_t>(d)] -= 0.5;
+      after.xi[static_cast<std::size_t>(d)] += 0.5;
+      const Vec<Dim> a = basis.position(before), b = basis.position(after);
+      Vec3 t{};
+      for (std::size_t e = 0; e < Dim; ++e) t[e] = b[e] - a[e];
+      tangents[tangent++] = t;
+    }
+    const Vec3& s = tangents[0];
+    const Vec3& t = tangents[1];
+    const Vec3 normal = {s[1] * t[2] - s[2] * t[1], s[2] * t[0] - s[0] * t[2], s[0] * t[1] - s[1] * t[0]};
+    weight *= std::sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+    basis.evaluate(point, N.data(), gradients.data());
+    for (std::size_t i = 0; i < N.size(); ++i) {
+      Vec<Dim>& force = forces[static_cast<std::size_t>(basis.cell_nodes(face.element)[i])];
+      for (std::size_t d = 0; d < Dim; ++d) force[d] += weight * N[i] * traction[d];
+    }
+  }
+}
+
+}  // namespace
+
+template <int Dim>
+ImplicitSolver<Dim>::ImplicitSolver(const Case& problem)
+    : case_(problem),
+      spec_(problem.implicit),
+      basis_(make_basis<Dim>(problem)),
+      conditions_(problem.boundaries, *basis_),
+      space_(*basis_, conditions_, (make_bodies(), sources_), spec_.soft_stiffness),
+      contacts_(problem.boundaries, *basis_, conditions_),
+      assembly_(space_),
+      newton_(spec_, space_, assembly_, profile_),
+      gravity_(problem.gravity_at(0)) {
+  geometry_.lower = problem.grid.lower;
+  for (std::size_t d = 0; d < Dim; ++d) {
+    geometry_.cell_size[d] = problem.grid.cell_size[d] * std::ldexp(1, -problem.grid.refinements);
+    geometry_.nodes[d] = problem.grid.cells[d] * (1 << problem.grid.refinements) + 1;
+  }
+  make_tractions();
+  if (!fem_bodies_.empty()) reset_ = std::make_unique<BackgroundReset<Dim>>(*basis_, conditions_, space_);
+  escaped_rows_.resize(sources_.size());
+  space_.update(0);
+  if (spec_.mode == ImplicitMode::quasi_static) check_support();
+}
+
+template <int Dim>
+void ImplicitSolver<Dim>::make_bodies() {
+  for (const BodySpec& spec : case_.bodies) {
+    if (spec.method == BodyMethod::elements) {
+      fem_bodies_.emplace_back(spec, *basis_);
+      sources_.push_back({&fem_bodies_.back().points(), &fem_bodies_.back()});
+    } else {
+      particles_.emplace_back(spec, seeding_grid<Dim>(case_.grid));
+      sources_.push_back({&particles_.back(), nullptr});
+      if (!case_.grid.corners.empty()) check_inside(particles_.back(), *basis_, spec);
+    }
+  }
+}
+
+/// Dead loads: int N t dA over the undeformed faces of bodies of elements, on a side of the grid or with all their nodes in a region.
+template <int Dim>
+void ImplicitSolver<Dim>::make_tractions() {
+  std::map<std::pair<Index, int>, std::size_t> loaded;  // face by its cell and number, and by which condition
+  for (std::size_t b = 0; b < case_.boundaries.size(); ++b) {
+    const BoundarySpec& spec = case_.boundaries[b];
+    if (spec.kind != BoundaryKind::traction) continue;
+    if (tractions_.empty()) tractions_.assign(static_cast<std::size_t>(basis_->node_count()), Vec<Dim>{});
+    int faces = 0;
+    for (const FemBody<Dim>& body : fem_bodies_) {
+      for (const ElementFace& face : body.outer_faces(*basis_, space_.is_fem_cell())) {
+        if (!is_loaded(spec, face, *basis_)) continue;
+        ++faces;
+        const auto [first, is_new] = loaded.try_emplace({face.element, 2 * face.axis + (face.is_upper ? 1 : 0)}, b);
+        if (!is_new) {
+          throw InputError(
+              "{}boundary {}: the face of body \"{}\" at ({:.6g}) is loaded already by boundary {}; let each face have one traction",
+              spec.place.empty() ? "" : spec.place + ": ", b + 1, body.points().name(), fmt::join(face_middle(face, *basis_), ", "),
+              first->second + 1);
+        }
+        add_traction<Dim>(spec.traction, face, *basis_, tractions_);
+      }
+    }
+    if (faces > 0) continue;
+    throw InputError("{}boundary {}: kind = \"traction\" loads faces of bodies of elements, and there is none {}",
+                     spec.place.empty() ? "" : spec.place + ": ", b + 1, spec.region ? "with all its nodes in the region" : "on this side");
+  }
+}
+
+template <int Dim>
+Vec3 ImplicitSolver<Dim>::gravity_on(std::size_t body) const {
+  const Real ratio = sources_[body].fem != nullptr ? sources_[body].fem->weight_ratio() : 1;
+  return {ratio * gravity_[0], ratio * gravity_[1], ratio * gravity_[2]};
+}
+
+template <int Dim>
+void ImplicitSolver<Dim>::update_space(Real t) {
+  Stage stage(profile_, "locate");
+  if (reset_) basis_->set_nodes(reset_->positions(sources_));
+  space_.update(t);
+  assembly_.start();
+  if (assembly_.is_new_pattern()) newton_.forget_pattern();
+}
+
+/// A static problem needs supports against every rigid motion of the body: each motion must move some prescribed component. Counted by the
+/// rank of what the prescribed components see of the motions.
+template <int Dim>
+void ImplicitSolver<Dim>::check_support() const {
+  constexpr int k_motions = Dim == 2 ? 3 : 6;
+  Eigen::Matrix<Real, k_motions, k_motions> seen = Eigen::Matrix<Real, k_motions, k_motions>::Zero();
+  Vec3 center{};
+  Vec3 size{};
+  for (std::size_t d = 0; d < Dim; ++d) {
+    center[d] = 0.5 * (case_.grid.lower[d] + case_.grid.upper[d]);
+    size[d] = 0.5 * (case_.grid.upper[d] - case_.grid.lower[d]);
+  }
+  const Real length = *std::max_element(size.begin(), size.end());
+  for (std::size_t n = 0; n < space_.nodes().size(); ++n) {
+    const Vec<Dim> position = basis_->node_position(space_.nodes()[n]);
+    Vec3 x{};
+    for (std::size_t d = 0; d < Dim; ++d) x[d] = (position[d] - center[d]) / length;
+    for (int component = 0; component < Dim; ++component) {
+      if (space_.unknown(static_cast<Index>(n), component) >= 0) continue;
+      Eigen::Matrix<Real, k_motions, 1> row = Eigen::Matrix<Real, k_motions, 1>::Zero();
+      row[component] = 1;
+      // Rotation about the axis r moves the point by e_r x (x - center).
+      for (int r = 0; r < k_motions - Dim; ++r) {
+        const int axis = Dim == 2 ? 2 : r;
+        const int next = (axis + 1) % 3;
+        const int after = (axis + 2) % 3;
+        if (component == next) row[Dim + r] = -x[static_cast<std::size_t>(after)];
+        if (component == after) row[Dim + r] = x[static_cast<std::size_t>(next)];
+      }
+      seen += row * row.transpose();
+    }
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<Real, k_motions, k_motions>> modes(seen);
+  if (modes.eigenvalues()[0] > 1e-10 * std::max(Real{1}, modes.eigenvalues()[k_motions - 1])) return;
+  const Eigen::Matrix<Real, k_motions, 1> free = modes.eigenvectors().col(0);
+  int largest = 0;
+  free.cwiseAbs().maxCoeff(&largest);
+  const std::string motion = largest < Dim ? fmt::format("move along {}", "xyz"[largest]) : std::string("turn");
+  throw InputError(
+      "{}: nothing holds the body, it is free to {}, so mode = \"static\" has no solution; add a [[boundary]] on a side that the "
+      "body touches, or use mode = \"dynamic\"",
+      place_of(case_.bodies.front()), motion);
+}
+
+template <int Dim>
+void ImplicitSolver<Dim>::step(Real t, Real dt) {
+  const auto start = std::chrono::steady_clock::now();
+  iterations_ = 0;
+  cuts_ = 0;
+  if (!has_acceleration_ && spec_.mode == ImplicitMode::dynamic) {
+    if (spec_.initial_acceleration == InitialAcceleration::consistent) set_initial_acceleration(t, dt);
+    has_acceleration_ = true;
+  }
+  advance(t, dt, 0);
+  {
+    Stage stage(profile_, "check");
+    find_escapes();
+  }
+  step_seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+template <int Dim>
+void ImplicitSolver<Dim>::advance(Real t, Real dt, int cuts) {
+  cuts_ = std::max(cuts_, cuts);
+  const std::optional<std::string> failure = try_step(t, dt);
+  if (!failure) return;
+  if (cuts == spec_.step_cuts_max) {
+    throw SolverError("t = {:.8g} s: Newton's method failed also with the step cut to {:.4g} s ({} times in half): {}", t, dt, cuts,
+                      *failure);
+  }
+  advance(t, dt / 2, cuts + 1);
+  find_escapes();
+  if (!escapes_.empty()) return;  // the rest of the step is lost with them; the policy is the simulation's
+  advance(t + dt / 2, dt / 2, cuts + 1);
+}
+
+template <int Dim>
+std::optional<std::string> ImplicitSolver<Dim>::try_step(Real t, Real dt) {
+  update_space(t);
+  StepLoad<Dim> load = make_load(t + dt, dt);
+  const std::vector<Vec<Dim>> displacements = conditions_.displacements(t, dt);
+  std::vector<Real> u;
+  contacts_.start(space_);
+  bool is_settled = false;
+  while (!is_settled) {
+    if (!contacts_.is_empty()) take_contacts(load, displacements);
+    if (const auto failure = solve(load, displacements, u)) return failure;
+    is_settled = true;
+    if (contacts_.is_empty()) break;
+    std::vector<Real> residual;
+    assembly_.residual(u, load, residual);
+    is_settled = !contacts_.update(space_, u, residual, displacements);
+  }
+  Stage stage(profile_, "update");
+  commit(t, dt, load, u);
+  return std::nullopt;
+}
+
+template <int Dim>
+void ImplicitSolver<Dim>::take_contacts(StepLoad<Dim>& load, const std::vector<Vec<Dim>>& displacements) {
+  space_.release(contacts_.released());
+  assembly_.start();
+  if (assembly_.is_new_pattern()) newton_.forget_pattern();
+  load.friction = contacts_.friction(space_, displacements);
+}
+
+template <int Dim>
+std::optional<std::string> ImplicitSolver<Dim>::solve(const StepLoad<Dim>& load, const std::vector<Vec<Dim>>& displacements,
+                                                      std::vector<Real>& u) {
+  std::vector<Real> prescribed(space_.nodes().size() * Dim, 0);
+  for (std::size_t n = 0; n < space_.nodes().size(); ++n) {
+    for (int d = 0; d < Dim; ++d) {
+      const auto s = static_cast<std::size_t>(d);
+      const int condition = conditions_.condition(space_.nodes()[n], d);
+      if (condition >= 0 && space_.unknown(static_cast<Index>(n), d) < 0) {
+        prescribed[n * Dim + s] = displacements[static_cast<std::size_t>(condition)][s];
+      }
+    }
+  }
+  const bool is_symmetric =
+      load.friction.empty() && space_.receding_count() == 0 &&
+      std::none_of(sources_.begin(), sources_.end(), [](const auto& source) { return source.points->material().is_rate_dependent(); });
+  const auto failure = newton_.solve(load, std::move(prescribed), is_symmetric ? Symmetry::symmetric : Symmetry::general, u);
+  iterations_ += newton_.report().iterations;
+  return failure;
+}
+
+template <int Dim>
+StepInertia ImplicitSolver<Dim>::newmark(Real dt) const {
+  if (spec_.mode == ImplicitMode::quasi_static) return {};
+  return {1 / (spec_.beta * dt * dt), 1 / (spec_.beta * dt), (1 - 2 * spec_.beta) / (2 * spec_.beta)};
+}
+
+template <int Dim>
+StepLoad<Dim> ImplicitSolver<Dim>::make_load(Real t_end, Real dt) {
+  StepLoad<Dim> load;
+  load.dt = dt;
+  load.inertia = newmark(dt);
+  const Vec3 gravity = case_.gravity_at(t_end);
+  std::copy_n(gravity.begin(), Dim, load.gravity.begin());
+  for (std::size_t s = 0; s < sources_.size() && case_.body_force; ++s) {
+    std::vector<Real> positions;
+    for (const Vec<Dim>& x : sources_[s].points->position) positions.insert(positions.end(), x.begin(), x.end());
+    load.body_force.emplace_back(positions.size());
+    case_.body_force->at(t_end, positions, load.body_force.back());
+  }
+  if (!tractions_.empty()) {
+    const Real factor = case_.load_factor(t_end);
+    for (const Index node : space_.nodes()) {
+      for (const Real force : tractions_[static_cast<std::size_t>(node)]) load.nodal_force.push_back(factor * force);
+    }
+  }
+  return load;
+}
+
+/// Accelerations at the start from the forces there: M a = f. The mass matrix of particles as quadrature points may be singular, where a
+/// node sees few of them; a step that is short beside the first one adds just enough stiffness.
+template <int Dim>
+void ImplicitSolver<Dim>::set_initial_acceleration(Real t, Real dt) {
+  constexpr Real k_short = 1e-3;
+  update_space(t);
+  StepLoad<Dim> load = make_load(t, dt);
+  const Real factor = newmark(k_short * dt).u;
+  load.inertia = {factor, 0, 0};
+  if (!contacts_.is_empty()) {
+    contacts_.start(space_);
+    take_contacts(load, conditions_.displacements(t, 0));
+  }
+  const std::vector<Real> zero(space_.nodes().size() * Dim, 0);
+  std::vector<Real> residual;
+  Lift lift;
+  assembly_.residual_and_matrix(zero, load, residual, lift);
+  std::vector<Real> nodal;
+  if (!newton_.solve_linear(residual, Symmetry::general, nodal)) {
+    throw SolverError("t = {:.8g} s: no accelerations follow from the forces at the start; initial_acceleration = \"zero\" does without",
+                      t);
+  }
+  for (Real& value : nodal) value *= -factor;
+  std::vector<Real> A;
+  std::vector<Vec<Dim>> a;
+  assembly_.deform(nodal, A, a);
+  Vec3 total{};
+  space_.for_each_point([&](std::size_t source, std::size_t p, std::size_t k) {
+    const Vec<Dim>& acceleration = a[k];
+    PointBody<Dim>& body = *sources_[source].points;
+    body.acceleration[p] = acceleration;
+    const Real ratio = sources_[source].fem != nullptr ? sources_[source].fem->weight_ratio() : 1;
+    for (std::size_t d = 0; d < Dim; ++d) {
+      total[d] += body.mass[p] * acceleration[d];
+      gravity_force_[d] += body.mass[p] * ratio * load.gravity[d];
+      body_force_force_[d] += body.mass[p] * (load.b(source, ratio, p, d) - ratio * load.gravity[d]);
+    }
+  });
+  for (std::size_t n = 0; n < space_.nodes().size(); ++n) {
+    const auto node = static_cast<std::size_t>(space_.nodes()[n]);
+    for (FemBody<Dim>& fem : fem_bodies_) {
+      if (!fem.has_node(space_.nodes()[n])) continue;
+      for (std::size_t d = 0; d < Dim; ++d) fem.acceleration[node][d] = nodal[n * Dim + d];
+    }
+    for (std::size_t d = 0; d < Dim && !load.nodal_force.empty(); ++d) body_force_force_[d] += load.nodal_force[n * Dim + d];
+  }
+  if (!load.nodal_force.empty()) traction_work_.advance(space_, load.nodal_force, zero);
+  std::copy_n(load.gravity.begin(), Dim, acceleration_gravity_.begin());
+  for (std::size_t d = 0; d < Dim; ++d) reaction_[d] = total[d] - gravity_force_[d] - body_force_force_[d];
+}
+
+std::unique_ptr<Solver> make_implicit_solver(const Case& problem) {
+  if (problem.dim == 3) return std::make_unique<ImplicitSolver<3>>(problem);
+  return std::make_unique<ImplicitSolver<2>>(problem);
+}
+
+template class ImplicitSolver<2>;
+template class ImplicitSolver<3>;
+
+}  // namespace matpoint

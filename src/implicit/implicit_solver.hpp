@@ -1,0 +1,146 @@
+// Implicit MPM: Newmark's method in time, Newton's method in each step, particles as quadrature points. Nothing goes from the particles to
+// the grid but forces and masses: the unknowns are the displacements of the step, and the particles read theirs off the converged field.
+//
+// Source: the paper by Aulisa & Capodaglio on implicit MPM and its coupling with FEM, sections 2, 3 and 5; docs/implicit.md has the
+// equations with every gap closed.
+#pragma once
+
+#include <deque>
+
+#include "body/fem_body.hpp"
+#include "body/point_body.hpp"
+#include "case/case.hpp"
+#include "implicit/assembly.hpp"
+#include "implicit/background_reset.hpp"
+#include "implicit/face_contact.hpp"
+#include "implicit/newton.hpp"
+#include "implicit/step_space.hpp"
+#include "mesh/basis.hpp"
+#include "solver/solver.hpp"
+
+namespace matpoint {
+
+/// The work of a force on nodes, by the trapezoidal rule in time, as Newmark's method has it.
+template <int Dim>
+class NodalWork {
+ public:
+  /// Adds the work of one step: of the mean of the last force and this one, by active node and component [N], in the displacements [m].
+  void advance(const StepSpace<Dim>& space, const std::vector<Real>& force, const std::vector<Real>& u);
+  /// Of the last step: half the work of the force at its start, and of that at its end [J].
+  Real start() const { return start_; }
+  Real end() const { return end_; }
+
+ private:
+  std::vector<Real> last_;  ///< By node of the background and component [N].
+  Real start_ = 0;
+  Real end_ = 0;
+};
+
+template <int Dim>
+class ImplicitSolver final : public Solver {
+ public:
+  explicit ImplicitSolver(const Case& problem);
+
+  int dim() const override { return Dim; }
+  const GridGeometry& grid() const override { return geometry_; }
+  void step(Real t, Real dt) override;
+  Real stable_dt() const override { return std::numeric_limits<Real>::infinity(); }
+  const std::vector<Escape>& escapes() const override { return escapes_; }
+  void remove_escaped() override;
+
+  std::size_t body_count() const override { return sources_.size(); }
+  const std::string& body_name(std::size_t body) const override { return sources_[body].points->name(); }
+  Index particle_count(std::size_t body) const override { return sources_[body].points->count(); }
+  std::vector<std::string> field_names(std::size_t body) const override;
+  void take_fields(std::size_t body, const std::vector<std::string>& names, int vector_size, std::vector<Field>& fields) const override {
+    sources_[body].points->take_fields(names, body, vector_size, fields);
+  }
+  void set_field(std::size_t body, const std::string& name, const std::vector<Real>& values) override;
+  const BodyCells* cells(std::size_t body) const override {
+    return sources_[body].fem != nullptr ? &sources_[body].fem->cells_for_output() : nullptr;
+  }
+  std::vector<std::string> node_field_names(std::size_t body) const override;
+  Field node_field(std::size_t body, const std::string& name) const override;
+  std::vector<Field> grid_fields() const override { return {}; }
+  BodyTotals totals(std::size_t body) const override { return sources_[body].points->totals(gravity_on(body)); }
+  const Ledger& ledger() const override { return ledger_; }
+  const Profile& profile() const override { return profile_; }
+  Index node_count() const override { return basis_->node_count(); }
+  Index memory() const override;
+  Occupancy occupancy() const override;
+  std::vector<StepNumber> step_numbers() const override;
+  std::vector<std::string> warnings() const override;
+
+  // For tests: the parts of a step.
+  const NewtonReport& newton_report() const { return newton_.report(); }
+  StepSpace<Dim>& space() { return space_; }
+  Assembly<Dim>& assembly() { return assembly_; }
+  const std::vector<PointSource<Dim>>& sources() const { return sources_; }
+  const Basis<Dim>& basis() const { return *basis_; }
+
+ private:
+  /// Advances by dt, in halves where Newton's method fails.
+  void advance(Real t, Real dt, int cuts);
+  /// Does nothing when it fails, and says why.
+  std::optional<std::string> try_step(Real t, Real dt);
+  /// The unknowns and the friction of the faces' set of states as it is; with the faces' displacements by condition [m].
+  void take_contacts(StepLoad<Dim>& load, const std::vector<Vec<Dim>>& displacements);
+  /// Newton's method with the faces' set of states as it is, from `u`, or from 0 where it is empty.
+  std::optional<std::string> solve(const StepLoad<Dim>& load, const std::vector<Vec<Dim>>& displacements, std::vector<Real>& u);
+  void make_bodies();
+  void make_tractions();
+  /// The background where it is at the start of the step, the particles in it, the unknowns.
+  void update_space(Real t);
+  void set_initial_acceleration(Real t, Real dt);
+  StepLoad<Dim> make_load(Real t_end, Real dt);
+  StepInertia newmark(Real dt) const;
+  void commit(Real t, Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u);
+  void commit_law(Real dt, const std::vector<Real>& A);
+  void commit_nodes(Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u);
+  void book(Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Vec<Dim>>& du, const Vec3& reaction);
+  /// The sum of what the conditions do to the bodies [N]; `slip` along faces with friction by active node and component [m].
+  Vec3 book_reactions(const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Real>& residual,
+                      const std::vector<Real>& slip);
+  void book_forces_at_start(Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Vec<Dim>>& du);
+  void change_gravity(const Vec3& gravity, const std::vector<Vec<Dim>>& du);
+  /// Gravity on a body, by its weight [m/s^2].
+  Vec3 gravity_on(std::size_t body) const;
+  void check_support() const;
+  void find_escapes();
+
+  Case case_;
+  ImplicitSpec spec_;
+  std::unique_ptr<Basis<Dim>> basis_;
+  GridGeometry geometry_;
+  NodeConditions<Dim> conditions_;
+  std::deque<PointBody<Dim>> particles_;  // whose elements stay where they are, for sources_ points to them
+  std::deque<FemBody<Dim>> fem_bodies_;
+  std::vector<PointSource<Dim>> sources_;  ///< In the order of the case.
+  StepSpace<Dim> space_;
+  FaceContacts<Dim> contacts_;
+  Assembly<Dim> assembly_;
+  Profile profile_;
+  Newton<Dim> newton_;
+  std::unique_ptr<BackgroundReset<Dim>> reset_;  ///< Null without bodies of elements.
+  std::vector<Vec<Dim>> tractions_;              ///< Full nodal forces by node of the background [N]; empty without.
+  Vec3 gravity_;                                 ///< Now [m/s^2].
+  bool has_acceleration_ = false;
+  Vec3 acceleration_gravity_{};  ///< The gravity that the particles' accelerations hold [m/s^2].
+  Vec3 gravity_force_{};         ///< On all particles, as the accelerations at the end of the last step have it [N].
+  Vec3 body_force_force_{};      ///< The same of the body force.
+  Vec3 reaction_{};              ///< And of the conditions at nodes.
+  NodalWork<Dim> reaction_work_;
+  NodalWork<Dim> friction_work_;  ///< The share of reactions in slip along faces.
+  NodalWork<Dim> traction_work_;
+  NodalWork<Dim> soft_work_;
+  int iterations_ = 0;  ///< Of the last step, all parts of it together.
+  int cuts_ = 0;
+  double step_seconds_ = 0;
+  std::vector<Escape> escapes_;
+  std::vector<std::vector<Index>> escaped_rows_;  ///< By body.
+  Ledger ledger_;
+};
+
+std::unique_ptr<Solver> make_implicit_solver(const Case& problem);
+
+}  // namespace matpoint

@@ -1,0 +1,362 @@
+// The implicit solver's end of a step: what the converged displacements do to the bodies, and to the books; and what it tells about itself.
+#include <algorithm>
+#include <cmath>
+
+#include "body/particle_fields.hpp"
+#include "implicit/implicit_solver.hpp"
+
+namespace matpoint {
+
+template <int Dim>
+void NodalWork<Dim>::advance(const StepSpace<Dim>& space, const std::vector<Real>& force, const std::vector<Real>& u) {
+  const auto size = static_cast<std::size_t>(space.basis().node_count() * Dim);
+  last_.resize(size, 0);
+  std::vector<Real> now(size, 0);
+  start_ = end_ = 0;
+  for (std::size_t n = 0; n < space.nodes().size(); ++n) {
+    for (std::size_t d = 0; d < Dim; ++d) {
+      const std::size_t place = static_cast<std::size_t>(space.nodes()[n]) * Dim + d;
+      now[place] = force[n * Dim + d];
+      start_ += 0.5 * last_[place] * u[n * Dim + d];
+      end_ += 0.5 * now[place] * u[n * Dim + d];
+    }
+  }
+  last_ = std::move(now);
+}
+
+template <int Dim>
+void ImplicitSolver<Dim>::commit(Real t, Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u) {
+  std::vector<Real> residual;
+  assembly_.residual(u, load, residual);
+  newton_.report_residual(newton_.unknown_norm(residual));
+  std::vector<Real> A;
+  std::vector<Vec<Dim>> du;
+  assembly_.deform(u, A, du);
+  const Vec3 reaction = book_reactions(load, u, residual, contacts_.slip(space_, u, conditions_.displacements(t, dt)));
+  book(dt, load, u, du, reaction);
+  book_forces_at_start(dt, load, u, du);
+  commit_law(dt, A);
+  const bool is_dynamic = spec_.mode == ImplicitMode::dynamic;
+  space_.for_each_point([&](std::size_t source, std::size_t p, std::size_t k) {
+    PointBody<Dim>& body = *sources_[source].points;
+    Real F[Dim * Dim];
+    std::copy_n(body.F.data() + p * Dim * Dim, Dim * Dim, F);
+    for (std::size_t i = 0; i < Dim; ++i) {
+      for (std::size_t j = 0; j < Dim; ++j) {
+        Real sum = 0;
+        for (std::size_t e = 0; e < Dim; ++e) sum += A[(k * Dim + i) * Dim + e] * F[e * Dim + j];
+        body.F[(p * Dim + i) * Dim + j] = sum;
+      }
+    }
+    for (std::size_t d = 0; d < Dim; ++d) {
+      if (is_dynamic) {
+        Real& v = body.velocity[p][d];
+        Real& a = body.acceleration[p][d];
+        const Real a_new = load.inertia.u * du[k][d] - load.inertia.v * v - load.inertia.a * a;
+        const Real v_new = v + dt * ((1 - spec_.gamma) * a + spec_.gamma * a_new);
+        ledger_.integrator_loss += 0.5 * body.mass[p] * ((a + a_new) * du[k][d] - (v_new + v) * (v_new - v));
+        v = v_new;
+        a = a_new;
+      }
+      body.position[p][d] += du[k][d];
+    }
+  });
+  commit_nodes(dt, load, u);
+  change_gravity(case_.gravity_at(t + dt), du);
+}
+
+/// The law once more where it leaves something behind: its history, and a stress that does not follow from F.
+template <int Dim>
+void ImplicitSolver<Dim>::commit_law(Real dt, const std::vector<Real>& A) {
+  Real S[Dim * Dim];
+  space_.for_each_point([&](std::size_t source, std::size_t p, std::size_t k) {
+    PointBody<Dim>& body = *sources_[source].points;
+    if (body.history.empty() && body.tau.empty()) return;
+    const auto history_size = static_cast<std::size_t>(body.material().history_size());
+    std::vector<Real> new_history(history_size);
+    Real dissipation = 0;
+    TangentPoints point;
+    point.count = 1;
+    point.dt = dt;
+    point.A = A.data() + k * Dim * Dim;
+    point.F = body.F.data() + p * Dim * Dim;
+    point.history = body.history.data() + p * history_size;
+    point.S = S;
+    point.new_history = new_history.data();
+    point.tau = body.tau.empty() ? nullptr : body.tau.data() + 6 * p;
+    point.dissipation_rate = &dissipation;
+    assembly_.law(source)(body.material().law_data(), point);
+    std::copy(new_history.begin(), new_history.end(), body.history.begin() + static_cast<std::ptrdiff_t>(p * history_size));
+    ledger_.viscous_dissipation += dt * dissipation * body.volume0[p];
+  });
+}
+
+/// Bodies of elements keep their motion at the nodes; their Gauss points follow.
+template <int Dim>
+void ImplicitSolver<Dim>::commit_nodes(Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u) {
+  for (FemBody<Dim>& fem : fem_bodies_) {
+    for (std::size_t n = 0; n < space_.nodes().size(); ++n) {
+      if (!fem.has_node(space_.nodes()[n])) continue;
+      const auto node = static_cast<std::size_t>(space_.nodes()[n]);
+      for (std::size_t d = 0; d < Dim; ++d) {
+        const Real du = u[n * Dim + d];
+        if (spec_.mode == ImplicitMode::dynamic) {
+          Real& v = fem.velocity[node][d];
+          Real& a = fem.acceleration[node][d];
+          const Real a_new = load.inertia.u * du - load.inertia.v * v - load.inertia.a * a;
+          v += dt * ((1 - spec_.gamma) * a + spec_.gamma * a_new);
+          a = a_new;
+        }
+        fem.displacement[node][d] += du;
+      }
+    }
+    fem.interpolate_motion();
+  }
+}
+
+/// The residual at prescribed components is the force with which they act on the bodies; where a node slips, Coulomb's law has it. In slip
+/// along a face this force dissipates, and in the motion of the face it works.
+template <int Dim>
+Vec3 ImplicitSolver<Dim>::book_reactions(const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Real>& residual,
+                                         const std::vector<Real>& slip) {
+  Vec3 reaction{};
+  std::vector<Real> reactions(residual.size(), 0);
+  for (std::size_t k = 0; k < residual.size(); ++k) {
+    const std::size_t n = k / Dim;
+    const std::size_t d = k % Dim;
+    if (space_.unknown(static_cast<Index>(n), static_cast<int>(d)) < 0) {
+      reactions[k] = residual[k];
+    } else if (!load.friction.empty() && load.friction[n].axis >= 0) {
+      const FaceFriction<Dim>& friction = load.friction[n];
+      reactions[k] = -friction.at(u.data() + n * Dim)[d] * residual[n * Dim + static_cast<std::size_t>(friction.axis)];
+    }
+    reaction[d] += reactions[k];
+  }
+  reaction_work_.advance(space_, reactions, u);
+  friction_work_.advance(space_, reactions, slip);
+  const Real in_slip = friction_work_.start() + friction_work_.end();
+  ledger_.boundary_work += reaction_work_.start() + reaction_work_.end() - in_slip;
+  ledger_.contact_dissipation -= in_slip;
+  return reaction;
+}
+
+/// The ledger, with the same weights in time as the particles' velocities: momentum closes to rounding.
+template <int Dim>
+void ImplicitSolver<Dim>::book(Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Vec<Dim>>& du,
+                               const Vec3& reaction) {
+  Vec3 gravity_force{};
+  Vec3 body_force{};
+  for (std::size_t k = 0; k < load.nodal_force.size(); ++k) body_force[k % Dim] += load.nodal_force[k];
+  if (!load.nodal_force.empty()) {
+    traction_work_.advance(space_, load.nodal_force, u);
+    ledger_.body_force_work += traction_work_.start() + traction_work_.end();
+  }
+  if (spec_.soft_stiffness[0] > 0 || spec_.soft_stiffness[1] > 0) {
+    std::vector<Real> soft;
+    assembly_.soft_force(u, soft);
+    soft_work_.advance(space_, soft, u);
+    ledger_.soft_dissipation += soft_work_.start() + soft_work_.end();
+  }
+  space_.for_each_point([&](std::size_t source, std::size_t p, std::size_t k) {
+    const Real ratio = sources_[source].fem != nullptr ? sources_[source].fem->weight_ratio() : 1;
+    const Real mass = sources_[source].points->mass[p];
+    for (std::size_t d = 0; d < Dim; ++d) {
+      gravity_force[d] += mass * ratio * load.gravity[d];
+      if (load.body_force.empty()) continue;
+      const Real force = mass * (load.b(source, ratio, p, d) - ratio * load.gravity[d]);
+      body_force[d] += force;
+      ledger_.body_force_work += force * du[k][d];
+    }
+  });
+  if (spec_.mode != ImplicitMode::dynamic) return;
+  const auto impulse = [&](Vec3& sum, Vec3& old, const Vec3& now) {
+    for (std::size_t d = 0; d < Dim; ++d) sum[d] += dt * ((1 - spec_.gamma) * old[d] + spec_.gamma * now[d]);
+    old = now;
+  };
+  std::copy_n(load.gravity.begin(), Dim, acceleration_gravity_.begin());
+  impulse(ledger_.gravity_impulse, gravity_force_, gravity_force);
+  impulse(ledger_.body_force_impulse, body_force_force_, body_force);
+  impulse(ledger_.boundary_impulse, reaction_, reaction);
+}
+
+/// What the forces at the start of the step do on this step's background. They balanced on that of the last step, and where they do not on
+/// this one, energy is lost or made.
+template <int Dim>
+void ImplicitSolver<Dim>::book_forces_at_start(Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u,
+                                               const std::vector<Vec<Dim>>& du) {
+  const auto work = assembly_.stress_work(u, dt);
+  ledger_.receding_work += 0.5 * (work.correction_start + work.correction_end);
+  if (spec_.mode != ImplicitMode::dynamic) return;
+  Real unbalanced = 0.5 * work.start + soft_work_.start() - reaction_work_.start() - traction_work_.start();
+  space_.for_each_point([&](std::size_t source, std::size_t p, std::size_t k) {
+    const PointBody<Dim>& body = *sources_[source].points;
+    const Real ratio = sources_[source].fem != nullptr ? sources_[source].fem->weight_ratio() : 1;
+    for (std::size_t d = 0; d < Dim; ++d) {
+      const Real b = load.b(source, ratio, p, d) + ratio * (gravity_[d] - load.gravity[d]);
+      unbalanced += 0.5 * body.mass[p] * (body.acceleration[p][d] - b) * du[k][d];
+    }
+  });
+  ledger_.reset_loss -= unbalanced;
+}
+
+/// Where gravity changes, so does the gravitational energy: work of the load, at the middle of the step's way as the trapezoidal rule has
+/// it.
+template <int Dim>
+void ImplicitSolver<Dim>::change_gravity(const Vec3& gravity, const std::vector<Vec<Dim>>& du) {
+  if (gravity == gravity_) return;
+  space_.for_each_point([&](std::size_t source, std::size_t p, std::size_t k) {
+    const Real ratio = sources_[source].fem != nullptr ? sources_[source].fem->weight_ratio() : 1;
+    const PointBody<Dim>& body = *sources_[source].points;
+    for (std::size_t d = 0; d < Dim; ++d)
+      ledger_.body_force_work -= body.mass[p] * ratio * (gravity[d] - gravity_[d]) * (body.position[p][d] - 0.5 * du[k][d]);
+  });
+  gravity_ = gravity;
+}
+
+template <int Dim>
+void ImplicitSolver<Dim>::find_escapes() {
+  escapes_.clear();
+  for (std::size_t s = 0; s < sources_.size(); ++s) {
+    escaped_rows_[s].clear();
+    if (sources_[s].fem != nullptr) continue;
+    const PointBody<Dim>& body = *sources_[s].points;
+    for (std::size_t p = 0; p < static_cast<std::size_t>(body.count()); ++p) {
+      // On a background that moves the search is dear; a particle that jumped over a cell is found by the next step.
+      if (reset_ && !space_.is_at_border(s, p)) continue;
+      if (space_.find(s, p)) continue;
+      Escape escape{s, body.id[p], {}, {}};
+      std::copy_n(body.position[p].begin(), Dim, escape.position.begin());
+      std::copy_n(body.velocity[p].begin(), Dim, escape.velocity.begin());
+      escapes_.push_back(escape);
+      escaped_rows_[s].push_back(static_cast<Index>(p));
+    }
+  }
+}
+
+template <int Dim>
+void ImplicitSolver<Dim>::remove_escaped() {
+  for (std::size_t s = 0; s < sources_.size(); ++s) {
+    if (escaped_rows_[s].empty()) continue;
+    PointBody<Dim>& body = *sources_[s].points;
+    // The sums behind the next impulses are those of the particles that stay. What held the others is booked with the conditions.
+    for (const Index row : escaped_rows_[s]) {
+      const auto p = static_cast<std::size_t>(row);
+      for (std::size_t d = 0; d < Dim; ++d) {
+        const Real weight = body.mass[p] * acceleration_gravity_[d];
+        gravity_force_[d] -= weight;
+        reaction_[d] -= body.mass[p] * body.acceleration[p][d] - weight;
+      }
+    }
+    body.remove(escaped_rows_[s], gravity_, ledger_);
+    space_.forget(s, escaped_rows_[s]);
+    escaped_rows_[s].clear();
+  }
+  escapes_.clear();
+}
+
+template <int Dim>
+std::vector<std::string> ImplicitSolver<Dim>::field_names(std::size_t) const {
+  return particle_field_names();
+}
+
+template <int Dim>
+std::vector<std::string> ImplicitSolver<Dim>::node_field_names(std::size_t body) const {
+  return sources_[body].fem != nullptr ? sources_[body].fem->node_field_names() : std::vector<std::string>{};
+}
+
+template <int Dim>
+Field ImplicitSolver<Dim>::node_field(std::size_t body, const std::string& name) const {
+  return sources_[body].fem != nullptr ? sources_[body].fem->node_field(name, body) : Solver::node_field(body, name);
+}
+
+template <int Dim>
+void ImplicitSolver<Dim>::set_field(std::size_t s, const std::string& name, const std::vector<Real>& values) {
+  PointBody<Dim>& body = *sources_[s].points;
+  if (sources_[s].fem != nullptr) {
+    throw InputError("body \"{}\": {} cannot be assigned: it is a body of elements, whose state is at its nodes", body.name(), name);
+  }
+  if (name == "position" && values.size() == body.position.size() * Dim) {
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const std::size_t d = i % Dim;
+      if (values[i] >= case_.grid.lower[d] && values[i] <= case_.grid.upper[d]) continue;
+      throw InputError("body \"{}\": position of particle row {} is outside of the grid: {} = {}, allowed: {} to {}", body.name(), i / Dim,
+                       "xyz"[d], values[i], case_.grid.lower[d], case_.grid.upper[d]);
+    }
+  }
+  if (name == "position" && values.size() == body.position.size() * Dim && !case_.grid.corners.empty()) {
+    for (std::size_t p = 0; p < body.position.size(); ++p) {
+      Vec<Dim> x;
+      std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(p * Dim), Dim, x.begin());
+      if (basis_->locate(x)) continue;
+      throw InputError("body \"{}\": position of particle row {} is outside of the quadrilateral of grid.corners: ({:.6g})", body.name(), p,
+                       fmt::join(x, ", "));
+    }
+  }
+  body.set_field(name, values);
+}
+
+template <int Dim>
+Index ImplicitSolver<Dim>::memory() const {
+  const Index functions = space_.functions();
+  const Index per_particle = functions * (1 + Dim) * static_cast<Index>(sizeof(Real));
+  Index bytes = assembly_.matrix().nonZeros() * static_cast<Index>(sizeof(Real) + sizeof(int));
+  for (const PointSource<Dim>& source : sources_) bytes += source.points->memory() + source.points->count() * per_particle;
+  return bytes;
+}
+
+template <int Dim>
+Occupancy ImplicitSolver<Dim>::occupancy() const {
+  Occupancy sum;
+  for (const PointSource<Dim>& source : sources_) {
+    sum.lanes += source.points->count();
+    sum.state_bytes += source.points->memory();
+  }
+  return sum;
+}
+
+template <int Dim>
+std::vector<StepNumber> ImplicitSolver<Dim>::step_numbers() const {
+  return {{"newton_iterations", "1", static_cast<Real>(iterations_)},
+          {"step_cuts", "1", static_cast<Real>(cuts_)},
+          {"residual", "N", newton_.report().residuals.empty() ? 0 : newton_.report().residuals.back()},
+          {"active_unknowns", "1", static_cast<Real>(space_.unknown_count())},
+          {"receding_particles", "1", static_cast<Real>(space_.receding_count())},
+          {"penetrated_particles", "1", static_cast<Real>(space_.penetrated_count())},
+          {"contact_sets", "1", static_cast<Real>(contacts_.sets())},
+          {"contact_nodes", "1", static_cast<Real>(contacts_.held())},
+          {"contact_slipping", "1", static_cast<Real>(contacts_.slipping())},
+          {"contact_unsettled", "1", static_cast<Real>(contacts_.unsettled())},
+          {"soft_dissipation", "J", ledger_.soft_dissipation},
+          {"receding_work", "J", ledger_.receding_work},
+          {"integrator_loss", "J", ledger_.integrator_loss},
+          {"reset_loss", "J", ledger_.reset_loss},
+          {"step_seconds", "s", step_seconds_}};
+}
+
+template <int Dim>
+std::vector<std::string> ImplicitSolver<Dim>::warnings() const {
+  // Elements integrate products of quadratic gradients with what particles they have; splines are smoother and content with fewer.
+  const Index enough = spec_.basis == BasisKind::element ? (spec_.element_order == 2 ? 25 : 9) * (Dim == 3 ? 3 : 1) : whole_power(2, Dim);
+  Index few = 0;
+  Index least = std::numeric_limits<Index>::max();
+  for (std::size_t c = 0; c < space_.cells().size(); ++c) {
+    if (space_.is_fem_cell()[static_cast<std::size_t>(space_.cells()[c])]) continue;
+    if (space_.soft_factor(c) > 0 && (spec_.soft_stiffness[0] > 0 || spec_.soft_stiffness[1] > 0)) continue;  // at the body's surface
+    const Index count = space_.cell_end(c) - space_.cell_begin(c);
+    if (count >= enough) continue;
+    ++few;
+    least = std::min(least, count);
+  }
+  if (few == 0) return {};
+  return {fmt::format(
+      "{} of {} cells inside the body have fewer than {} particles (the poorest {}): too few to integrate the functions of a cell; "
+      "take a finer layout or larger cells",
+      few, space_.cells().size(), enough, least)};
+}
+
+template class NodalWork<2>;
+template class NodalWork<3>;
+template class ImplicitSolver<2>;
+template class ImplicitSolver<3>;
+
+}  // namespace matpoint

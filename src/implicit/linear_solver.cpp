@@ -1,0 +1,160 @@
+#include "implicit/linear_solver.hpp"
+
+#include <dlfcn.h>
+
+#include <Eigen/IterativeLinearSolvers>
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseLU>
+#include <unsupported/Eigen/IterativeSolvers>
+#ifdef MATPOINT_HAS_SUITESPARSE
+#include <Eigen/CholmodSupport>
+#include <Eigen/UmfPackSupport>
+#endif
+
+#include "core/error.hpp"
+
+namespace matpoint {
+namespace {
+
+/// The same bits for any number of threads: a threaded BLAS adds in another order.
+void use_one_blas_thread() {
+  if (void* const set = dlsym(RTLD_DEFAULT, "openblas_set_num_threads")) reinterpret_cast<void (*)(int)>(set)(1);
+}
+
+/// Whether x solves K x = b, to far less than a factorisation reaches: a nearly singular matrix is found by what it yields.
+bool is_solved(const SparseMatrix& K, const Vector& b, const Vector& x) {
+  constexpr Real k_residual_max = 1e-6;
+  return x.allFinite() && (K * x - b).norm() <= k_residual_max * b.norm();
+}
+
+/// A direct method of Eigen or behind Eigen's face.
+template <class Method>
+class Direct final : public LinearSolver {
+ public:
+  explicit Direct(std::string name) : name_(std::move(name)) {}
+  std::string name() const override { return name_; }
+  void analyze(const SparseMatrix& K) override { method_.analyzePattern(K); }
+  bool factorize(const SparseMatrix& K, Symmetry) override {
+    K_ = &K;
+    method_.factorize(K);
+    return method_.info() == Eigen::Success;
+  }
+  bool solve(const Vector& b, Vector& x) override {
+    x = method_.solve(b);
+    return is_solved(*K_, b, x);
+  }
+
+ private:
+  std::string name_;
+  Method method_;
+  const SparseMatrix* K_ = nullptr;
+};
+
+template <class Method>
+class Iterative final : public LinearSolver {
+ public:
+  Iterative(std::string name, Real tolerance) : name_(std::move(name)) {
+    method_.setTolerance(tolerance);
+    method_.setMaxIterations(5000);
+    if constexpr (requires { method_.preconditioner().setDroptol(1e-4); }) {
+      method_.preconditioner().setDroptol(1e-4);
+      method_.preconditioner().setFillfactor(10);
+    }
+    if constexpr (requires { method_.set_restart(60); }) method_.set_restart(60);
+  }
+  std::string name() const override { return name_; }
+  // At once in factorize: Eigen's own analysis asks the preconditioner for the state of a factorisation that has not been made.
+  void analyze(const SparseMatrix&) override {}
+  bool factorize(const SparseMatrix& K, Symmetry) override {
+    method_.compute(K);
+    return method_.info() == Eigen::Success;
+  }
+  bool solve(const Vector& b, Vector& x) override {
+    x = method_.solve(b);
+    return method_.info() == Eigen::Success && x.allFinite();
+  }
+
+ private:
+  std::string name_;
+  Method method_;
+};
+
+using Ldlt = Eigen::SimplicialLDLT<SparseMatrix>;
+using SparseLu = Eigen::SparseLU<SparseMatrix, Eigen::COLAMDOrdering<int>>;
+using Ilut = Eigen::IncompleteLUT<Real>;
+
+/// A Cholesky factorisation that refuses what is not positive definite, where it would lose its accuracy.
+class DefiniteLdlt final : public LinearSolver {
+ public:
+  std::string name() const override { return "ldlt"; }
+  void analyze(const SparseMatrix& K) override { method_.analyzePattern(K); }
+  bool factorize(const SparseMatrix& K, Symmetry) override {
+    K_ = &K;
+    method_.factorize(K);
+    return method_.info() == Eigen::Success && method_.vectorD().minCoeff() > 0;
+  }
+  bool solve(const Vector& b, Vector& x) override {
+    x = method_.solve(b);
+    return is_solved(*K_, b, x);
+  }
+
+ private:
+  Ldlt method_;
+  const SparseMatrix* K_ = nullptr;
+};
+
+std::unique_ptr<LinearSolver> make_lu() {
+#ifdef MATPOINT_HAS_SUITESPARSE
+  return std::make_unique<Direct<Eigen::UmfPackLU<SparseMatrix>>>("umfpack");
+#else
+  return std::make_unique<Direct<SparseLu>>("sparse_lu");
+#endif
+}
+
+class Automatic final : public LinearSolver {
+ public:
+  std::string name() const override { return used_ == nullptr ? "auto" : used_->name(); }
+  void analyze(const SparseMatrix&) override { is_cholesky_ready_ = is_lu_ready_ = false; }
+  bool factorize(const SparseMatrix& K, Symmetry symmetry) override {
+    if (symmetry == Symmetry::symmetric) {
+      used_ = &cholesky_;
+      if (!is_cholesky_ready_) cholesky_.analyze(K);
+      is_cholesky_ready_ = true;
+      if (cholesky_.factorize(K, symmetry)) return true;
+    }
+    used_ = lu_.get();
+    if (!is_lu_ready_) lu_->analyze(K);
+    is_lu_ready_ = true;
+    return lu_->factorize(K, symmetry);
+  }
+  bool solve(const Vector& b, Vector& x) override { return used_->solve(b, x); }
+
+ private:
+  DefiniteLdlt cholesky_;
+  std::unique_ptr<LinearSolver> lu_ = make_lu();
+  LinearSolver* used_ = nullptr;
+  bool is_cholesky_ready_ = false;
+  bool is_lu_ready_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<LinearSolver> make_linear_solver(const std::string& name, Real tolerance) {
+  use_one_blas_thread();
+#ifdef MATPOINT_HAS_SUITESPARSE
+  if (name == "umfpack") return make_lu();
+  if (name == "cholmod") return std::make_unique<Direct<Eigen::CholmodSupernodalLLT<SparseMatrix>>>(name);
+#endif
+  if (name == "ldlt") return std::make_unique<DefiniteLdlt>();
+  if (name == "sparse_lu") return std::make_unique<Direct<SparseLu>>(name);
+  if (name == "cg") {
+    using Preconditioner = Eigen::IncompleteCholesky<Real>;
+    return std::make_unique<Iterative<Eigen::ConjugateGradient<SparseMatrix, Eigen::Lower, Preconditioner>>>(name, tolerance);
+  }
+  if (name == "bicgstab") return std::make_unique<Iterative<Eigen::BiCGSTAB<SparseMatrix, Ilut>>>(name, tolerance);
+  if (name == "gmres") return std::make_unique<Iterative<Eigen::GMRES<SparseMatrix, Ilut>>>(name, tolerance);
+  if (name != "auto") throw InputError("linear solver \"{}\" is unknown, allowed: {}", name, list_names(linear_solver_names()));
+  return std::make_unique<Automatic>();
+}
+
+}  // namespace matpoint

@@ -1,0 +1,188 @@
+#include "implicit/newton.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace matpoint {
+namespace {
+
+constexpr int k_halvings_max = 12;
+// Residuals that small, in shares of the forces, go up and down by rounding.
+constexpr Real k_rounding = 1e-12;
+// Where a node sees hardly any mass, rounding of the residual moves it for ever; a residual below this that no longer falls has converged.
+constexpr Real k_stagnation = 1e-10;
+
+Real norm_of(const std::vector<Real>& values) {
+  Real sum = 0;
+  for (const Real value : values) sum += value * value;
+  return std::sqrt(sum);
+}
+
+}  // namespace
+
+template <int Dim>
+Newton<Dim>::Newton(const ImplicitSpec& spec, const StepSpace<Dim>& space, Assembly<Dim>& assembly, Profile& profile)
+    : spec_(spec),
+      space_(space),
+      assembly_(assembly),
+      profile_(profile),
+      linear_solver_(make_linear_solver(spec.linear_solver, spec.linear_tolerance)) {}
+
+template <int Dim>
+Real Newton<Dim>::unknown_norm(const std::vector<Real>& nodal) const {
+  Real sum = 0;
+  for (std::size_t k = 0; k < nodal.size(); ++k) {
+    if (space_.unknown(static_cast<Index>(k / Dim), static_cast<int>(k % Dim)) >= 0) sum += nodal[k] * nodal[k];
+  }
+  return std::sqrt(sum);
+}
+
+template <int Dim>
+bool Newton<Dim>::solve_linear(const std::vector<Real>& right, Symmetry symmetry, std::vector<Real>& result) {
+  result.assign(right.size(), 0);
+  if (space_.unknown_count() == 0) return true;
+  Stage stage(profile_, "linear solve");
+  Vector b(space_.unknown_count());
+  Vector x = Vector::Zero(space_.unknown_count());
+  for (std::size_t k = 0; k < right.size(); ++k) {
+    const int unknown = space_.unknown(static_cast<Index>(k / Dim), static_cast<int>(k % Dim));
+    if (unknown >= 0) b[unknown] = right[k];
+  }
+  if (!is_analyzed_) linear_solver_->analyze(assembly_.matrix());
+  is_analyzed_ = true;
+  if (!linear_solver_->factorize(assembly_.matrix(), symmetry) || !linear_solver_->solve(b, x)) return false;
+  for (std::size_t k = 0; k < right.size(); ++k) {
+    const int unknown = space_.unknown(static_cast<Index>(k / Dim), static_cast<int>(k % Dim));
+    if (unknown >= 0) result[k] = x[unknown];
+  }
+  return true;
+}
+
+template <int Dim>
+std::optional<std::string> Newton<Dim>::solve(const StepLoad<Dim>& load, std::vector<Real> prescribed, Symmetry symmetry,
+                                              std::vector<Real>& u) {
+  report_ = {};
+  u.resize(prescribed.size(), 0);
+  for (std::size_t k = 0; k < u.size(); ++k) {
+    if (space_.unknown(static_cast<Index>(k / Dim), static_cast<int>(k % Dim)) < 0) prescribed[k] -= u[k];
+  }
+  Search search{load, std::move(prescribed), u, u, u, {}, {}, 0, 0, 0};
+  // Prescribed displacements come with the first increment, so that the body follows them at once: alone they might turn cells inside out.
+  if (norm_of(search.prescribed) > 0) search.lift.displacement = &search.prescribed;
+  {
+    Stage stage(profile_, "assembly");
+    assembly_.residual_and_matrix(search.u, load, search.residual, search.lift);
+  }
+  while (report_.iterations < spec_.iterations_max) {
+    search.norm = unknown_norm(search.residual);
+    search.force_scale = std::max({search.force_scale, norm_of(search.residual), search.norm});
+    report_.residuals.push_back(search.norm);
+    if (!std::isfinite(search.norm)) return "the residual is not finite";
+    if (is_balanced(search)) {
+      u = search.u;
+      return std::nullopt;
+    }
+    search.last_norm = search.norm;
+    ++report_.iterations;
+    if (!make_increment(search, symmetry)) {
+      return fmt::format("the linear system of iteration {} is singular, or {} found no solution: {} unknowns in {} cells",
+                         report_.iterations, linear_solver_->name(), space_.unknown_count(), space_.cells().size());
+    }
+    std::string failure;
+    const Outcome outcome = take_increment(search, failure);
+    if (outcome == Outcome::failed) return failure;
+    if (outcome == Outcome::converged) {
+      u = search.u;
+      return std::nullopt;
+    }
+  }
+  return fmt::format("no convergence in {} iterations (residual {:.3g} N of {:.3g} N, last increment {:.3g} of the displacement)",
+                     spec_.iterations_max, unknown_norm(search.residual), search.force_scale,
+                     report_.increments.empty() ? 0 : report_.increments.back());
+}
+
+/// By the residual.
+template <int Dim>
+bool Newton<Dim>::is_balanced(const Search& search) const {
+  if (!search.has_all()) return false;
+  if (search.norm <= spec_.residual_absolute) return true;
+  if (report_.iterations > 0 && search.norm <= spec_.residual_tolerance * search.force_scale) return true;
+  return report_.iterations > 1 && search.norm <= k_stagnation * search.force_scale && search.norm > 0.5 * search.last_norm;
+}
+
+/// By the increment, component by component: the greatest ratio of the increment's norm to the step displacement's.
+template <int Dim>
+bool Newton<Dim>::has_converged(const Search& search, Real share) {
+  Real worst = 0;
+  for (std::size_t d = 0; d < Dim; ++d) {
+    Real u_squared = 0;
+    Real d_squared = 0;
+    for (std::size_t k = d; k < search.trial.size(); k += Dim) {
+      u_squared += search.trial[k] * search.trial[k];
+      d_squared += search.increment[k] * search.increment[k];
+    }
+    if (u_squared < spec_.increment_absolute * spec_.increment_absolute) continue;
+    worst = std::max(worst, share * std::sqrt(d_squared / u_squared));
+  }
+  report_.increments.push_back(worst);
+  return search.has_all() && worst < spec_.increment_tolerance;
+}
+
+/// K d = r + K_fp u_p at the unknowns, -u_p where prescribed; the step is u - d.
+template <int Dim>
+bool Newton<Dim>::make_increment(Search& search, Symmetry symmetry) {
+  std::vector<Real> right = search.residual;
+  for (std::size_t k = 0; k < right.size(); ++k) {
+    const int unknown = space_.unknown(static_cast<Index>(k / Dim), static_cast<int>(k % Dim));
+    if (unknown >= 0) right[k] += search.lift.force[unknown];
+  }
+  if (!solve_linear(right, symmetry, search.increment)) return false;
+  for (std::size_t k = 0; k < right.size(); ++k) search.increment[k] -= search.prescribed[k];
+  return true;
+}
+
+/// Takes the increment, or the half of it, or the half of that: until nothing is turned inside out and, if asked for, the residual falls.
+template <int Dim>
+typename Newton<Dim>::Outcome Newton<Dim>::take_increment(Search& search, std::string& failure) {
+  Real share = 1;
+  for (int halving = 0;; ++halving) {
+    const bool is_last = halving == k_halvings_max;
+    for (std::size_t k = 0; k < search.u.size(); ++k) search.trial[k] = search.u[k] - share * search.increment[k];
+    Inversion inversion;
+    {
+      Stage stage(profile_, "inversion");
+      inversion = assembly_.find_inversion(search.trial);
+    }
+    if (inversion.is_found() && is_last) {
+      failure = assembly_.describe(inversion) + ", however short the increment";
+      return Outcome::failed;
+    }
+    if (!inversion.is_found()) {
+      if (has_converged(search, share)) {
+        search.u = search.trial;
+        return Outcome::converged;
+      }
+      Stage stage(profile_, "assembly");
+      assembly_.residual_and_matrix(search.trial, search.load, search.residual, search.lift);
+      const Real after = unknown_norm(search.residual);
+      const bool may_rise = spec_.halving == StepHalving::inversion || !search.has_all() || after <= k_rounding * search.force_scale;
+      if (may_rise || is_last || after < search.norm) break;
+      report_.increments.pop_back();
+    }
+    share /= 2;
+    ++report_.halvings;
+  }
+  search.u = search.trial;
+  if (!search.has_all()) {
+    // The matrix that was just made has been asked for the whole rest; what was taken of it is gone.
+    for (Real& left : search.prescribed) left *= 1 - share;
+    search.lift.force *= 1 - share;
+    if (share == 1) search.lift.displacement = nullptr;
+  }
+  return Outcome::goes_on;
+}
+
+template class Newton<2>;
+template class Newton<3>;
+
+}  // namespace matpoint

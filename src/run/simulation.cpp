@@ -1,0 +1,216 @@
+#include "run/simulation.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "io/results_folder.hpp"
+#include "run/make_solver.hpp"
+
+namespace matpoint {
+
+class Simulation::Schedule {
+ public:
+  Schedule(Real every, std::vector<Real> at, Real start) : every_(every), at_(std::move(at)) {
+    std::sort(at_.begin(), at_.end());
+    while (next() <= start) advance();
+  }
+  /// The next time [s] that has not been written; infinite if there is none.
+  Real next() const {
+    const Real periodic = every_ > 0 ? static_cast<Real>(multiple_) * every_ : k_never;
+    const Real single = at_next_ < at_.size() ? at_[at_next_] : k_never;
+    return std::min(periodic, single);
+  }
+  void advance() {
+    const Real written = next();
+    if (every_ > 0 && static_cast<Real>(multiple_) * every_ <= written) ++multiple_;
+    while (at_next_ < at_.size() && at_[at_next_] <= written) ++at_next_;
+  }
+
+ private:
+  static constexpr Real k_never = std::numeric_limits<Real>::infinity();
+  Real every_;
+  std::vector<Real> at_;
+  Index multiple_ = 1;
+  std::size_t at_next_ = 0;
+};
+
+Simulation::Simulation(Case problem) : case_(std::move(problem)), solver_(make_solver(case_)) {
+  // Also when nothing is to be written: `matpoint check` shall find what `matpoint run` would refuse.
+  check_outputs(case_, *solver_);
+  initial_energy_ = solver_->ledger().contact_energy;
+  for (std::size_t b = 0; b < solver_->body_count(); ++b) {
+    const BodyTotals totals = solver_->totals(b);
+    initial_energy_ += totals.kinetic_energy + totals.strain_energy + totals.gravitational_energy;
+    for (std::size_t d = 0; d < 3; ++d) initial_momentum_[d] += totals.momentum[d];
+  }
+}
+
+Simulation::~Simulation() = default;
+
+Simulation::operator Snapshot() const {
+  Snapshot now(case_, *solver_);
+  now.time = time_;
+  now.step = step_;
+  now.dt = dt_;
+  now.initial_energy = initial_energy_;
+  return now;
+}
+
+void Simulation::set_field(std::size_t body, const std::string& name, const std::vector<Real>& values) {
+  if (!broken_.empty()) throw SolverError("the simulation broke off in {}; its state is of no use any more, build it again", broken_);
+  const auto energy = [](const BodyTotals& totals) { return totals.kinetic_energy + totals.strain_energy + totals.gravitational_energy; };
+  const BodyTotals before = solver_->totals(body);
+  initial_energy_ -= solver_->ledger().contact_energy;
+  solver_->set_field(body, name, values);
+  const BodyTotals after = solver_->totals(body);
+  initial_energy_ += energy(after) - energy(before) + solver_->ledger().contact_energy;
+  for (std::size_t d = 0; d < 3; ++d) initial_momentum_[d] += after.momentum[d] - before.momentum[d];
+}
+
+std::vector<std::string> Simulation::warnings() const {
+  std::vector<std::string> all;
+  const Real stable = solver_->stable_dt();
+  if (case_.time.dt && *case_.time.dt > stable) {
+    all.push_back(
+        fmt::format("the fixed time step dt = {:.4g} s is above the stable limit of the start, {:.4g} s; the run will probably blow up",
+                    *case_.time.dt, stable));
+  }
+  constexpr Real k_short = 0.1;  // of the stable step
+  if (!case_.is_implicit() && case_.solver.transfer != Transfer::flip && case_.time.dt && *case_.time.dt < k_short * stable) {
+    all.push_back(fmt::format(
+        "this transfer takes some of the motion in each step, and dt = {:.4g} s is only {:.2g} of the stable step; take a longer one, or "
+        "transfer = \"flip\"",
+        *case_.time.dt, *case_.time.dt / stable));
+  }
+  for (const std::string& text : solver_->warnings()) all.push_back(text);
+  if (case_.solver.stress_order == StressOrder::musl && case_.solver.damping > 0) {
+    all.push_back(
+        "stress_order = \"musl\" with damping drifts away from the state of rest; use stress_order = \"usl\" for damped problems");
+  }
+  for (const BodySpec& body : case_.bodies) {
+    if (!body.material->is_scalar_only()) continue;
+    all.push_back(fmt::format("the law \"{}\" of body \"{}\" branches, so it has no SIMD kernel and runs point by point",
+                              body.material->type(), body.name));
+  }
+  return all;
+}
+
+Real Simulation::next_dt() const {
+  if (case_.time.dt) return *case_.time.dt;
+  if (case_.time.rule) return rule_dt();
+  // Computed afresh each step: the limit rises again when waves or particles slow down.
+  Real dt = case_.time.cfl * solver_->stable_dt();
+  if (case_.time.dt_max) dt = std::min(dt, *case_.time.dt_max);
+  if (!(dt > 0) || dt < case_.time.dt_min) {
+    throw SolverError("step {}, t = {:.8g} s: the stable time step {:.4g} s is below dt_min = {:.4g} s", step_ + 1, time_, dt,
+                      case_.time.dt_min);
+  }
+  return dt;
+}
+
+Real Simulation::rule_dt() const {
+  StepState state{time_, dt_, {}, {}, 0, 0};
+  const BodyTotals totals = solver_->totals(0);
+  state.lower = totals.lower;
+  state.upper = totals.upper;
+  for (const StepNumber& number : solver_->step_numbers()) {
+    if (number.name == "newton_iterations") state.newton_iterations = static_cast<int>(number.value);
+    if (number.name == "step_cuts") state.step_cuts = static_cast<int>(number.value);
+  }
+  return case_.time.rule->dt(state);
+}
+
+bool Simulation::has_reached(Real event) const {
+  // A fixed step is never cut: an event falls on the nearest step.
+  if (case_.time.dt) return step_ >= std::llround(std::min(event / *case_.time.dt, 9e18));
+  return time_ >= event;
+}
+
+void Simulation::step(Real latest) {
+  if (!broken_.empty()) throw SolverError("the simulation broke off in {}; its state is of no use any more, build it again", broken_);
+  if (particle_left_)
+    throw SolverError("t = {:.8g} s: a particle has left the grid, and particles_outside = \"stop\" ends the simulation there", time_);
+  Real dt = next_dt();
+  bool ends_at_latest = false;
+  if (!case_.time.dt && time_ + dt >= latest * (1 - 1e-14)) {
+    dt = latest - time_;
+    ends_at_latest = true;
+  }
+  try {
+    solver_->step(time_, dt);
+  } catch (const SolverError& error) {
+    broken_ = fmt::format("step {}", step_ + 1);
+    throw SolverError(fmt::format("step {}, {}", step_ + 1, error.what()));
+  } catch (...) {
+    // From a function that a program gave: some stages of the step are done and others not.
+    broken_ = fmt::format("the middle of step {}", step_ + 1);
+    throw;
+  }
+  ++step_;
+  dt_ = dt;
+  // step * dt, not a sum: adding dt a million times ends visibly beside the end.
+  time_ = case_.time.dt ? static_cast<Real>(step_) * dt : ends_at_latest ? latest : time_ + dt;
+  if (!solver_->escapes().empty()) handle_escapes();
+}
+
+void Simulation::handle_escapes() {
+  switch (case_.grid.particles_outside) {
+    case OutsidePolicy::remove: solver_->remove_escaped(); break;
+    case OutsidePolicy::stop: particle_left_ = true; break;
+    case OutsidePolicy::error: {
+      broken_ = fmt::format("step {}", step_);
+      const Escape& escape = solver_->escapes().front();
+      const auto point = [&](const Vec3& x) { return fmt::format("({:.6g})", fmt::join(x.begin(), x.begin() + solver_->dim(), ", ")); };
+      throw SolverError(
+          "step {}, t = {:.8g} s: particle {} of body \"{}\" left the grid at {} with velocity {} ({} particle{} in this step); enlarge "
+          "the "
+          "grid, add a boundary, or set grid.particles_outside = \"remove\" or \"stop\"",
+          step_, time_, escape.id, solver_->body_name(escape.body), point(escape.position), point(escape.velocity),
+          solver_->escapes().size(), solver_->escapes().size() == 1 ? "" : "s");
+    }
+  }
+}
+
+void Simulation::write_history(ResultsFolder* results) {
+  if (results != nullptr) results->write_history(*this);
+  for (const HistoryCallback& callback : history_callbacks_) callback(*this);
+}
+
+RunEnd Simulation::run(ResultsFolder* results, std::optional<Real> until, const std::atomic<int>* interrupt) {
+  const Real end = until.value_or(case_.time.end);
+  Schedule history(case_.output.history_every.value_or(case_.time.end / 200), {}, time_);
+  Schedule fields(case_.output.fields_every.value_or(case_.output.fields_at.empty() ? case_.time.end / 50 : 0), case_.output.fields_at,
+                  time_);
+  const auto write = [&](bool is_last) {
+    const bool is_history_due = is_last || has_reached(history.next());
+    const bool are_fields_due = is_last || has_reached(fields.next());
+    while (has_reached(history.next())) history.advance();
+    while (has_reached(fields.next())) fields.advance();
+    if (is_history_due) write_history(results);
+    if (results != nullptr && are_fields_due) results->write_fields(*this);
+  };
+  const auto call_back = [&] {
+    // By index: a callback may add another one.
+    for (std::size_t i = 0; i < callbacks_.size(); ++i) {
+      if (!callbacks_[i](*this)) return false;
+    }
+    return true;
+  };
+  if (step_ == 0) {
+    write_history(results);
+    if (results != nullptr) results->write_fields(*this);
+  }
+  if (particle_left_) return RunEnd::particle_left;
+  RunEnd ending = step_ > 0 || call_back() ? RunEnd::finished : RunEnd::stopped_by_callback;
+  while (ending == RunEnd::finished && !has_reached(end)) {
+    // A rule's steps are cut at the end only: outputs fall on the first step at or after their time.
+    step(case_.time.rule ? end : std::min({end, history.next(), fields.next()}));
+    if (!call_back()) ending = RunEnd::stopped_by_callback;
+    if (particle_left_) ending = RunEnd::particle_left;
+    if (interrupt != nullptr && *interrupt != 0) ending = RunEnd::interrupted;
+    write(ending != RunEnd::finished || has_reached(end));
+  }
+  return ending;
+}
+
+}  // namespace matpoint

@@ -1,0 +1,90 @@
+// A simulation: a solver with a clock, outputs and callbacks. It hides the dimension and owns everything that changes.
+#pragma once
+
+#include <atomic>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <memory>
+
+#include "case/case.hpp"
+#include "io/snapshot.hpp"
+#include "solver/solver.hpp"
+
+namespace matpoint {
+
+class ResultsFolder;
+
+/// Why run() came back.
+enum class RunEnd { finished, stopped_by_callback, particle_left, interrupted };
+
+class Simulation {
+ public:
+  /// Builds the solver: all input errors that remain appear here (InputError).
+  explicit Simulation(Case problem);
+  ~Simulation();
+
+  /// What the outputs see of it now; implicit, so that `results.write_history(simulation)` reads as it should.
+  operator Snapshot() const;
+
+  const Case& problem() const { return case_; }
+  const Solver& solver() const { return *solver_; }
+  Solver& solver() { return *solver_; }
+
+  Real time() const { return time_; }
+  Index step_count() const { return step_; }
+  Real last_dt() const { return dt_; }
+  /// The next step [s]: the fixed one, or cfl times the stable limit of the present state. Throws SolverError below dt_min.
+  Real next_dt() const;
+
+  /// One step; an automatic one is cut to end at `latest` [s]. Throws SolverError; with particles_outside = "error" also when a
+  /// particle leaves the grid.
+  void step(Real latest = std::numeric_limits<Real>::infinity());
+
+  /// Called after every step (and once at the start) by run(); returning false ends the run normally.
+  using Callback = std::function<bool(const Simulation&)>;
+  void add_callback(Callback callback) { callbacks_.push_back(std::move(callback)); }
+
+  /// Called by run() whenever a row of the history is due, also without a results folder.
+  using HistoryCallback = std::function<void(const Simulation&)>;
+  void add_history_callback(HistoryCallback callback) { history_callbacks_.push_back(std::move(callback)); }
+
+  /// Assigns a field of a body's particles (Solver::set_field); the energy and momentum that come with it count as the start's, so that
+  /// the balances of the history stay closed.
+  void set_field(std::size_t body, const std::string& name, const std::vector<Real>& values);
+
+  /// Runs to `until` [s] (default: the case's end), writing into `results` when given. The flag, set from elsewhere (a signal
+  /// handler), ends the run at a step boundary with everything written.
+  RunEnd run(ResultsFolder* results = nullptr, std::optional<Real> until = {}, const std::atomic<int>* interrupt = nullptr);
+
+  /// Things that work as asked but probably not as meant, e.g. a fixed step above the stable limit; one sentence each.
+  std::vector<std::string> warnings() const;
+
+  /// Energy of the start [J]: kinetic + strain + gravitational.
+  Real initial_energy() const { return initial_energy_; }
+  Vec3 initial_momentum() const { return initial_momentum_; }
+
+ private:
+  /// Times at which something is written: multiples of an interval and single times.
+  class Schedule;
+  /// The next step by the case's rule [s].
+  Real rule_dt() const;
+  /// Whether an event [s] falls on the present step.
+  bool has_reached(Real event) const;
+  void handle_escapes();
+  void write_history(ResultsFolder* results);
+
+  Case case_;
+  std::unique_ptr<Solver> solver_;
+  std::deque<Callback> callbacks_;  // whose elements stay where they are when one is added
+  std::vector<HistoryCallback> history_callbacks_;
+  Real time_ = 0;
+  Index step_ = 0;
+  Real dt_ = 0;
+  bool particle_left_ = false;
+  std::string broken_;  ///< The step in which an error left the state half done; then nothing goes on.
+  Real initial_energy_ = 0;
+  Vec3 initial_momentum_{};
+};
+
+}  // namespace matpoint

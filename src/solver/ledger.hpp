@@ -1,0 +1,37 @@
+// The books of energy and momentum.
+#pragma once
+
+#include "core/types.hpp"
+
+namespace matpoint {
+
+/// What crossed the system's border since the start: with it the energy and momentum balances close (docs/theory.md).
+struct Ledger {
+  Real damping_dissipation = 0;  ///< [J]
+  Real viscous_dissipation = 0;  ///< [J]
+  Real contact_dissipation = 0;  ///< Taken by the impulses of contact between bodies, and by friction [J].
+  Real contact_energy = 0;       ///< Stored now in the forces between pairs of particles [J].
+  Real boundary_work = 0;        ///< Work done by moving boundaries on the particles [J].
+  Vec3 boundary_impulse{};       ///< [N s]
+  Vec3 damping_impulse{};        ///< [N s]
+  Vec3 gravity_impulse{};        ///< [N s]
+  Real body_force_work = 0;      ///< Work done by a body force other than gravity [J].
+  Vec3 body_force_impulse{};     ///< [N s]
+  Vec3 cutoff_impulse{};         ///< What nodes under the mass cutoff did not pass on [N s].
+  Index removed_count = 0;       ///< Particles removed because they left the grid.
+  Real removed_mass = 0;         ///< [kg]
+  Vec3 removed_momentum{};       ///< [N s]
+  Real removed_energy = 0;       ///< Kinetic + strain + gravitational energy of the removed particles [J].
+  Real soft_dissipation = 0;     ///< Taken by the implicit solver's soft stiffness [J].
+  Real receding_work = 0;        ///< Brought in by its correction for receding particles [J].
+  Real integrator_loss = 0;      ///< Taken from the kinetic energy by Newmark's formulas [J]; 0 for beta = 1/4, gamma = 1/2.
+  Real reset_loss = 0;           ///< Taken by resets of the background: forces that balanced on the old one do not on the new one [J].
+
+  /// What the bodies have lost of their energy by all of this, or keep between them [J].
+  Real energy_spent() const {
+    return damping_dissipation + viscous_dissipation + contact_dissipation + contact_energy - boundary_work - body_force_work +
+           removed_energy + soft_dissipation - receding_work + integrator_loss + reset_loss;
+  }
+};
+
+}  // namespace matpoint
