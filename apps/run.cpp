@@ -87,6 +87,17 @@ void print_removed(const Simulation& simulation) {
                             ledger.removed_count == 1 ? "" : "s", ledger.removed_count == 1 ? "was" : "were", ledger.removed_mass));
 }
 
+/// What the run says about itself; what is not good is a warning, too.
+void print_health(const Simulation& simulation) {
+  fmt::print("\n");
+  for (const HealthLine& line : simulation.health())
+    fmt::print("{:<16} {} ({})\n", line.name, line.text, line.is_good ? "good" : "see the warning");
+  std::fflush(stdout);
+  for (const HealthLine& line : simulation.health()) {
+    if (!line.is_good) print_warning(fmt::format("{}: {}; {}", line.name, line.text, line.remedy));
+  }
+}
+
 /// Runs into the folder; whatever goes wrong is in the manifest before it is thrown on.
 RunEnd run_into(Simulation& simulation, ResultsFolder& results, Progress& progress) {
   try {
@@ -129,6 +140,7 @@ int run_command(const RunOptions& options) {
   if (ending == RunEnd::particle_left) print_particle_left(simulation);
   print_removed(simulation);
   print_profile(simulation, seconds, progress.particle_updates());
+  print_health(simulation);
   fmt::print("\n{}: {} steps to t = {:.8g} s in {}, {} particle-updates/s on {} thread{}\n", ending_text(ending), simulation.step_count(),
              simulation.time(), duration_text(seconds), count_text(seconds > 0 ? progress.particle_updates() / seconds : 0), thread_count(),
              thread_count() == 1 ? "" : "s");

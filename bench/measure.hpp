@@ -6,13 +6,20 @@
 
 namespace matpoint::bench {
 
+/// Linear shape functions: those of the plain loops, where a scenario names no others.
+inline SolverSpec linear_scheme() {
+  SolverSpec solver;
+  solver.shape = ShapeKind::linear;
+  return solver;
+}
+
 struct Scenario {
   std::string name;
   SceneSpec scene;
-  SolverSpec solver;      ///< Of the scene's case.
-  std::string law;        ///< TOML table of the material; empty: Neo-Hookean, for which there are plain loops, too.
-  std::string case_text;  ///< A whole case instead of the scene, without a plain loop.
-  double warm_up = 0;     ///< Of such a case: simulated time before the measurement [s].
+  SolverSpec solver = linear_scheme();  ///< Of the scene's case.
+  std::string law;                      ///< TOML table of the material; empty: Neo-Hookean, for which there are plain loops, too.
+  std::string case_text;                ///< A whole case instead of the scene, without a plain loop.
+  double warm_up = 0;                   ///< Of such a case: simulated time before the measurement [s].
   int threads = 1;
   bool is_wall_time = false;  ///< Also with one thread, so that it can be compared with more.
   int repetitions = 5;

@@ -166,6 +166,8 @@ Scenario dam(std::size_t particles, double time) {
   scenario.warm_up = time;
   scenario.case_text = fmt::format(R"(
 gravity = [0, -9.81]
+[solver]
+shape = "linear"
 [grid]
 upper = [0.8, 0.8]
 cells = [{0}, {0}]
@@ -205,6 +207,8 @@ Scenario landslide(std::size_t particles) {
   scenario.warm_up = 0.2;
   scenario.case_text = fmt::format(R"(
 gravity = [0, -9.81]
+[solver]
+shape = "linear"
 [grid]
 upper = [{0}, {1}]
 cells = [{0}, {1}]

@@ -17,7 +17,7 @@ def case() -> mp.Case:
         source="Closed form: v = v0 sin(b x) cos(w t), b = pi / (2 L), w = b sqrt(E / rho)",
         grid=mp.Grid(upper=(26, 1), cells=(26, 1)),
         time=mp.Time(dt=0.005, end=30),
-        solver=mp.Solver(stress_order="usl"),
+        solver=mp.Solver(shape="linear", stress_order="usl"),
         body=[
             mp.Body(
                 name="bar",

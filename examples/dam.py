@@ -18,7 +18,7 @@ def case() -> mp.Case:
         gravity=(0, -9.81),
         grid=mp.Grid(upper=(6, 8), cells=(18, 24), particles_outside="stop"),
         time=mp.Time(dt=1e-05, end=4),
-        solver=mp.Solver(stress_order="usl", mass_cutoff=1e-10),
+        solver=mp.Solver(shape="linear", stress_order="usl", mass_cutoff=1e-10),
         body=[
             mp.Body(
                 name="water",

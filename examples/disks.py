@@ -17,7 +17,7 @@ def case() -> mp.Case:
         source="Sulsky, Chen & Schreyer (1994); Kamuth, thesis on the explicit material point method, section 8.3",
         grid=mp.Grid(upper=(1, 1), cells=(20, 20)),
         time=mp.Time(dt=0.0001, end=3),
-        solver=mp.Solver(stress_order="usl", mass_cutoff=1e-10),
+        solver=mp.Solver(shape="linear", stress_order="usl", mass_cutoff=1e-10),
         output=mp.Output(history_every=0.01, fields_every=0.05),
         body=[
             mp.Body(

@@ -17,7 +17,7 @@ def case() -> mp.Case:
         gravity=(0, -9.81),
         grid=mp.Grid(upper=(0.12, 0.06), cells=(120, 10)),
         time=mp.Time(dt=1e-06, end=0.2),
-        solver=mp.Solver(stress_order="usl", mass_cutoff=1e-10),
+        solver=mp.Solver(shape="linear", stress_order="usl", mass_cutoff=1e-10),
         body=[
             mp.Body(
                 name="drop",

@@ -20,7 +20,7 @@ def case() -> mp.Case:
         gravity=(0, -9.81),
         grid=mp.Grid(upper=(0.4, 0.4), cells=(15, 15)),
         time=mp.Time(dt=1e-06, end=2),
-        solver=mp.Solver(stress_order="usl", mass_cutoff=1e-10),
+        solver=mp.Solver(shape="linear", stress_order="usl", mass_cutoff=1e-10),
         body=[
             mp.Body(
                 name="water",

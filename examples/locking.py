@@ -26,7 +26,7 @@ def deflection(fbar: bool) -> float:
         gravity_factors=(0, 1),
         grid=mp.Grid(lower=(0, 0), upper=(1.1, 0.3), cell_size=CELL),
         time=mp.Time(end=5 * period, cfl=0.5),
-        solver=mp.Solver(stress_order="usl", damping=2 * omega),
+        solver=mp.Solver(shape="linear", stress_order="usl", damping=2 * omega),
         body=mp.Body(
             name="beam",
             formulation="total",

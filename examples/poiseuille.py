@@ -18,7 +18,7 @@ def case() -> mp.Case:
         gravity=(0.0002, 0),
         grid=mp.Grid(upper=(0.0002, 0.001), cells=(4, 20), periodic=["x"]),
         time=mp.Time(dt=0.0001, end=1),
-        solver=mp.Solver(stress_order="usl"),
+        solver=mp.Solver(shape="linear", stress_order="usl"),
         body=[
             mp.Body(
                 name="water",

@@ -19,6 +19,7 @@ def case() -> mp.Case:
         gravity=(0, -9.81, 0),
         grid=mp.Grid(upper=(0.6, 0.6, 0.6), cells=(12, 12, 12)),
         time=mp.Time(dt=0.0005, end=0.5),
+        solver=mp.Solver(shape="linear"),
         body=[
             mp.Body(
                 name="sphere",

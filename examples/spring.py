@@ -17,7 +17,7 @@ def case() -> mp.Case:
         gravity=(0, -9.81),
         grid=mp.Grid(upper=(0.02, 1.0), cells=(1, 21)),
         time=mp.Time(dt=0.0001, end=2),
-        solver=mp.Solver(stress_order="usl", damping=15, mass_cutoff=1e-10),
+        solver=mp.Solver(shape="linear", stress_order="usl", damping=15, mass_cutoff=1e-10),
         body=[
             mp.Body(
                 name="spring",

@@ -1,17 +1,18 @@
 """A free square turns and travels: what each transfer between grid and particles takes from its turning, and per step.
 
 Source: Jiang et al. (2015) for APIC, Nairn & Hammerquist (2021) for FMPM.
-Expected: of the kinetic energy of the turning APIC keeps 0.976 in a second of steps of 2 ms and 0.917 of 0.5 ms, for it loses a
-little in each step; PIC keeps nothing, FMPM with 4 terms about half in steps of 2 ms, FLIP about 0.9.
+Expected: of the kinetic energy of the turning APIC and TPIC keep 0.9998 in a second of steps of 2 ms and of 0.5 ms; PIC keeps nothing,
+FLIP about 0.9, and FMPM with 4 terms about half in steps of 2 ms and 0.08 in steps of 0.5 ms, for it loses a little in each step. (FMPM
+has a mass cutoff here: with USL its terms throw nodes of next to no mass.)
 Runs in about 2 s.
 """
 
 import matpoint as mp
 
-TRANSFERS = {"flip": {}, "pic": {}, "apic": {}, "tpic": {}, "fmpm": {"fmpm_order": 4}}
+TRANSFERS = {"flip": {}, "pic": {}, "apic": {}, "tpic": {}, "fmpm": {"fmpm_order": 4, "mass_cutoff_relative": 1e-3}}
 
 
-def kept(transfer: str, dt: float, **choices: int) -> float:
+def kept(transfer: str, dt: float, **choices: float) -> float:
     """Kinetic energy of the turning after a second over that at the start."""
     simulation = mp.Case(
         "square",
@@ -39,10 +40,10 @@ def run() -> dict[str, tuple[float, float]]:
 
 def check(results: dict[str, tuple[float, float]]) -> None:
     """Compares with the numbers above."""
-    assert abs(results["apic"][0] - 0.976) < 0.01, results
-    assert abs(results["apic"][1] - 0.917) < 0.02, results
+    assert min(*results["apic"], *results["tpic"]) > 0.999, results
     assert abs(results["pic"][0]) < 0.01, results
     assert 0.4 < results["fmpm"][0] < 0.7, results
+    assert results["fmpm"][1] < 0.15, results
     assert min(results["flip"]) > 0.85, results
 
 

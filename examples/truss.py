@@ -18,7 +18,7 @@ def case() -> mp.Case:
         gravity=(0, -1400),
         grid=mp.Grid(upper=(0.18, 0.18), cells=(4, 4)),
         time=mp.Time(dt=1e-05, end=1.995),
-        solver=mp.Solver(stress_order="usl", damping=25, mass_cutoff=1e-10),
+        solver=mp.Solver(shape="linear", stress_order="usl", damping=25, mass_cutoff=1e-10),
         body=[
             mp.Body(
                 name="truss",

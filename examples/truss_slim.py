@@ -17,7 +17,7 @@ def case() -> mp.Case:
         gravity=(0, -500),
         grid=mp.Grid(upper=(0.06, 0.6), cells=(7, 7)),
         time=mp.Time(dt=1e-05, end=2),
-        solver=mp.Solver(stress_order="usl", damping=25, mass_cutoff=1e-10),
+        solver=mp.Solver(shape="linear", stress_order="usl", damping=25, mass_cutoff=1e-10),
         body=[
             mp.Body(
                 name="truss",

@@ -39,7 +39,7 @@ class PythonSimulation {
       history_names_.push_back(column.name);
       history_units_.push_back(column.unit);
     }
-    simulation_.add_history_callback([this](const Simulation& now) { record(now); });
+    simulation_.add_history_callback([this](const std::vector<Real>& row) { record(row); });
     simulation_.add_callback([this](const Simulation&) {
       look_for_signals();
       return true;
@@ -134,13 +134,19 @@ class PythonSimulation {
     }
     return make_array(std::move(values), {history_names_.size(), rows_.size()});
   }
-  void record(const Simulation& now) {
-    if (!rows_.empty() && static_cast<Index>(rows_.back()[1]) == now.step_count()) return;
-    rows_.push_back(history_row(now));
+  void record(const std::vector<Real>& row) {
+    if (!rows_.empty() && rows_.back()[0] == row[0]) return;
+    rows_.push_back(row);
   }
   void record_now() {
     require_between_steps();
-    record(simulation_);
+    record(history_row(simulation_));
+  }
+  std::vector<std::tuple<std::string, std::string, bool, std::string>> health() const {
+    require_between_steps();
+    std::vector<std::tuple<std::string, std::string, bool, std::string>> lines;
+    for (const HealthLine& line : simulation_.health()) lines.emplace_back(line.name, line.text, line.is_good, line.remedy);
+    return lines;
   }
   const std::vector<std::string>& history_names() const { return history_names_; }
   const std::vector<std::string>& history_units() const { return history_units_; }
@@ -287,6 +293,7 @@ void bind_simulation(nb::module_& m) {
       .def("step", &S::step, nb::arg("count"))
       .def("add_callback", &S::add_callback, nb::arg("function"), nb::arg("every_steps"), nb::arg("every_time"), nb::arg("every_wall"))
       .def("history", &S::history)
+      .def("health", &S::health)
       .def("record", &S::record_now)
       .def("history_names", &S::history_names)
       .def("history_units", &S::history_units)

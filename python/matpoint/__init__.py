@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from matpoint.errors import ResultsError as ResultsError
     from matpoint.functions import FunctionLaw as FunctionLaw
     from matpoint.functions import Where as Where
+    from matpoint.health import HealthLine as HealthLine
+    from matpoint.health import HealthWarning as HealthWarning
     from matpoint.history import History as History
     from matpoint.parts import *  # noqa: F403
     from matpoint.results import Results as Results
@@ -57,6 +59,8 @@ _homes = {
     "BodyState": "state",
     "FieldArray": "state",
     "GridState": "state",
+    "HealthLine": "health",
+    "HealthWarning": "health",
     "History": "history",
     "Simulation": "simulation",
     "set_threads": "simulation",

@@ -7,6 +7,7 @@ import os
 import sys
 import weakref
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ import numpy as np
 
 from matpoint import _core
 from matpoint.case_data import copied, node_axes, placeholders, plain, refuse_functions, text_of, to_core
+from matpoint.health import HealthLine, warn_of
 from matpoint.history import History
 from matpoint.parts import empty_section, part_of
 from matpoint.progress import Progress
@@ -303,6 +305,11 @@ class Simulation:
         names, table = self._core.history_names(), self._core.history()
         return History({name: table[row] for row, name in enumerate(names)}, dict(zip(names, self._core.history_units())))
 
+    @property
+    def health(self) -> list[HealthLine]:
+        """What the last `run` said about itself at its end: energy, momentum, volumes, lost particles, each with a verdict."""
+        return [HealthLine(*line) for line in self._core.health()]
+
     def run(self, until: float | None = None, *, output: str | Path | None = None, overwrite: bool = False, progress: bool = False) -> str:
         """Runs on; other Python threads go on meanwhile, and Ctrl-C ends the run after a step with everything written.
 
@@ -315,6 +322,9 @@ class Simulation:
 
         Returns:
             Why it ended: "finished", "stopped" (by a callback), "stopped (a particle left the grid)".
+
+        Warns:
+            HealthWarning: Something of `health` is not good.
 
         Raises:
             InputError: The folder may not be used; it is given although steps were done; `until` is not a positive time.
@@ -331,10 +341,11 @@ class Simulation:
             if self.step_count > 0 or self._core.has_results():
                 raise _core.InputError("run: output can be given to the first run of a simulation only; later runs go on writing there")
             self._core.open_results(str(output), overwrite, f"Python: {' '.join(sys.argv) or 'interactive'}")
-        if not progress:
-            return str(self._core.run(until))
-        with Progress(self, until):
-            return str(self._core.run(until))
+        with Progress(self, until) if progress else nullcontext():
+            ending = str(self._core.run(until))
+        if ending != "interrupted":
+            warn_of(self.health, stacklevel=2)
+        return ending
 
     def step(self, count: int = 1) -> None:
         """Does some steps, without recording or writing anything and without calling callbacks.

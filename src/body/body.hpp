@@ -74,6 +74,8 @@ class Body {
   /// Particles that are outside of the grid.
   virtual void append_escapes(std::size_t body, std::vector<Escape>& escapes) const = 0;
   virtual void remove_escaped(const Vec3& gravity, Ledger& ledger) = 0;
+  /// Puts those back that have left through closed sides only, just inside and without a velocity through the side, and books it.
+  virtual void return_escaped(const std::vector<ClosedSide>& sides, const Vec3& gravity, Ledger& ledger) = 0;
 
   /// Of the particles around each node: for contact.
   virtual std::vector<NodeSurface<Dim>> surfaces(const TileNodes<Dim>& nodes) const = 0;

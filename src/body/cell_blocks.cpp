@@ -4,6 +4,15 @@
 #include <cmath>
 
 namespace matpoint {
+namespace {
+
+/// A place in a cell, in cell sides, kept off its sides (k_off_line).
+template <class R>
+R off_line(R x) {
+  return std::clamp(x, k_off_line<R>, 1 - k_off_line<R>);
+}
+
+}  // namespace
 
 template <int Dim, class R>
 CellBlocks<Dim, R>::CellBlocks(GridType& grid, const SlotLayout<Dim>& layout)
@@ -114,6 +123,7 @@ void CellBlocks<Dim, R>::insert(Band& band, BlockType& block, int lane, const R*
   if (k >= block.held_count) block.push_slot(take_slot(band));
   R* const slot = block.slot(k) + lane;
   for (int f = 0; f < layout_.field_count; ++f) slot[f * L] = fields[f];
+  for (int d = 0; d < Dim; ++d) slot[(layout_.x + d) * L] = off_line(fields[layout_.x + d]);
   block.counts[lane] = static_cast<R>(k + 1);
   block.slot_count = std::max(block.slot_count, k + 1);
 }
@@ -140,7 +150,6 @@ void CellBlocks<Dim, R>::extract(Band& band, BlockType& block, std::vector<Mover
       }
       cell += static_cast<int>(shift);
       x -= shift;
-      if (x >= 1) x = std::nextafter(R(1), R(0));  // rounding of a tiny negative x
       const int cells = grid_.cells(d);
       if (grid_.is_periodic(d)) {
         cell = (cell % cells + cells) % cells;
@@ -148,6 +157,7 @@ void CellBlocks<Dim, R>::extract(Band& band, BlockType& block, std::vector<Mover
         cell = cells - 1;  // exactly on the far side: inside
         x = 1;
       }
+      x = off_line(x);
       target.is_outside = target.is_outside || cell < 0 || cell >= cells;
     }
     band.leaving.targets.push_back(target);

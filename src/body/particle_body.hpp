@@ -38,6 +38,7 @@ class ParticleBody final : public Body<Dim> {
   BadPoint bad_point() const override { return bad_point_; }
   void append_escapes(std::size_t body, std::vector<Escape>& escapes) const override;
   void remove_escaped(const Vec3& gravity, Ledger& ledger) override;
+  void return_escaped(const std::vector<ClosedSide>& sides, const Vec3& gravity, Ledger& ledger) override;
   std::vector<NodeSurface<Dim>> surfaces(const TileNodes<Dim>& nodes) const override;
   void measure_gaps(const TileNodes<Dim>& nodes, int axis, bool is_upper, std::vector<Real>& gaps) const override;
   Real stable_dt() const override;
@@ -69,6 +70,8 @@ class ParticleBody final : public Body<Dim> {
     std::vector<R> fields;
     Vec3 position;
   };
+  /// Puts one back, at a side for each axis along which it is outside; false if there is none.
+  bool put_back(Outside& outside, const std::vector<ClosedSide>& sides, const Vec3& gravity, Ledger& ledger);
   /// Of one band and sweep.
   struct BandReport {
     Context context;

@@ -5,6 +5,7 @@
 #include "body/particle_body.hpp"
 #include "body/particle_fields.hpp"
 #include "core/parallel.hpp"
+#include "core/tensor.hpp"
 #include "material/function_material.hpp"
 
 namespace matpoint {
@@ -276,10 +277,15 @@ void ParticleBody<Dim, R>::set_deformation_gradient(const std::vector<Real>& val
   const SlotLayout<Dim>& at = blocks_->layout();
   // At rest: the rate of the last step belongs to another state. All before the first change, for a law given by a program may fail.
   const std::vector<Real> tau = at.tau >= 0 ? stresses_at_rest(values) : std::vector<Real>{};
+  const bool has_shape = !material_->is_fluid() || at.u >= 0;  // a fluid keeps of F only J
   change_each_particle([&](R* fields, int stride, std::size_t row) {
+    const Real* const F = values.data() + 9 * row;
+    const Real J = determinant(Mat3<Real>{{F[0], F[1], F[2], F[3], F[4], F[5], F[6], F[7], F[8]}});
     for (int r = 0; r < Dim; ++r) {
-      for (int c = 0; c < Dim; ++c)
-        fields[(at.F + r * Dim + c) * stride] = static_cast<R>(values[9 * row + static_cast<std::size_t>(3 * r + c)]);
+      for (int c = 0; c < Dim; ++c) {
+        const Real kept = has_shape ? F[3 * r + c] : r == c ? std::pow(J, Real{1} / Dim) : 0;
+        fields[(at.F + r * Dim + c) * stride] = static_cast<R>(kept);
+      }
     }
     for (int s = 0; at.tau >= 0 && s < k_stress_size<Dim>; ++s)
       fields[(at.tau + s) * stride] = static_cast<R>(tau[6 * row + static_cast<std::size_t>(s)]);

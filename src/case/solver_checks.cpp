@@ -41,6 +41,15 @@ void check_shape(const Case& problem, const Input& input) {
                 "and momentum would be lost; use \"usl\" or \"musl\"");
     }
   }
+  const Transfer transfer = problem.solver.transfer;
+  const bool is_delicate = transfer == Transfer::apic || transfer == Transfer::tpic ||
+                           (transfer == Transfer::fmpm && problem.solver.stress_order == StressOrder::usl);
+  if (problem.solver.shape == ShapeKind::linear && is_delicate && problem.solver.precision == "single") {
+    fail_case(at_key(section_of(input, "solver"), "precision"), "solver",
+              "precision = \"single\" cannot be used with shape = \"linear\" and this transfer: rounding of the force on a node with "
+              "next to "
+              "no mass strains what flies freely; take shape = \"bspline2\", or precision = \"double\"");
+  }
   if (problem.solver.shape != ShapeKind::linear) {
     const Input& grid = section_of(input, "grid");
     if (!problem.grid.periodic.empty()) {
@@ -244,6 +253,13 @@ void declare_solver(ParameterTable<Case>& table) {
         return problem.is_implicit() ? parameters_of<ImplicitSpec>().write(problem.implicit, dim)
                                      : parameters_of<SolverSpec>().write(problem.solver, dim);
       });
+}
+
+void choose_shape(Case& problem, const Input& input) {
+  const Input& solver = section_of(input, "solver");
+  if (problem.is_implicit() || is_given(solver, "shape") || is_given(solver, "quality")) return;
+  const bool needs_linear = !problem.grid.periodic.empty() || problem.output.grid || problem.solver.contact == ContactMethod::multi_field;
+  if (needs_linear) problem.solver.shape = ShapeKind::linear;
 }
 
 void check_for_solver(const Case& problem, const Input& input) {

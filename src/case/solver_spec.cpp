@@ -72,7 +72,8 @@ void SolverSpec::declare(ParameterTable<SolverSpec>& table) {
        {"gimp", ShapeKind::gimp},
        {"cpdi", ShapeKind::cpdi}},
       "Shape functions of the grid: linear, quadratic or cubic B-splines that are clamped at the sides, or linear averaged over the "
-      "particles' domains, which keep their shape (gimp: uGIMP) or deform with the particles (cpdi).");
+      "particles' domains, which keep their shape (gimp: uGIMP) or deform with the particles (cpdi). Where none is given and the case has "
+      "periodic sides, output.grid or contact = \"multi_field\": linear.");
   table.choice(
       "transfer", &SolverSpec::transfer,
       {{"flip", Transfer::flip}, {"pic", Transfer::pic}, {"apic", Transfer::apic}, {"tpic", Transfer::tpic}, {"fmpm", Transfer::fmpm}},
@@ -126,7 +127,7 @@ void SolverSpec::declare(ParameterTable<SolverSpec>& table) {
       });
   table.optional("damping", "1/s", &SolverSpec::damping, non_negative(), "alpha of the nodal damping force alpha m v.");
   table.custom(
-      {"mass_cutoff_relative", "1", "number", "0.001", ">= 0", "Nodes with less than this share of the smallest particle mass do not move.",
+      {"mass_cutoff_relative", "1", "number", "0", ">= 0", "Nodes with less than this share of the smallest particle mass do not move.",
        false},
       [](SolverSpec& solver, const Input& input, const ReadContext& context) {
         read_value(input, context, "mass_cutoff_relative", non_negative(), solver.mass_cutoff_relative);

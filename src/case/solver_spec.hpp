@@ -17,7 +17,7 @@ enum class ContactMethod { single_field, multi_field, pairs };
 struct SolverSpec {
   std::string type = "explicit";
   StressOrder stress_order = StressOrder::musl;
-  ShapeKind shape = ShapeKind::linear;
+  ShapeKind shape = ShapeKind::bspline2;
   Transfer transfer = Transfer::flip;
   ContactMethod contact = ContactMethod::single_field;
   Real friction = 0;           ///< Between bodies with velocity fields of their own [1].
@@ -25,7 +25,7 @@ struct SolverSpec {
   Real flip = 1;
   int fmpm_order = 2;  ///< Of transfer = "fmpm": terms of the series for the inverse of the mass matrix.
   Real damping = 0;
-  Real mass_cutoff_relative = 1e-3;
+  Real mass_cutoff_relative = 0;
   std::optional<Real> mass_cutoff;
   std::string mass_cutoff_place;  ///< Where either of the two stands in the case file, for messages.
   std::string precision = "double";

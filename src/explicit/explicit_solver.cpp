@@ -300,6 +300,7 @@ void ExplicitSolver<Dim, R>::check_state(Real t) {
           escape.id, bodies_[escape.body]->name(), coordinates(escape.position));
     }
   }
+  if (!escapes_.empty()) return_escaped(t);
   for (auto& body : bodies_) {
     const BadPoint bad = body->bad_point();
     if (bad.id < 0) continue;
@@ -308,6 +309,19 @@ void ExplicitSolver<Dim, R>::check_state(Real t) {
         "a smaller time step, stress_order = \"musl\" or a stiffer law may help",
         t, bad.J, bad.id, body->name(), coordinates(bad.position));
   }
+}
+
+/// No particle passes a side that holds it (put_back in particle_body.cpp says why one tries).
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::return_escaped(Real t) {
+  const std::vector<ClosedSide> sides = boundary_conditions_.closed_sides(t);
+  if (sides.empty()) return;
+  const Index before = ledger_.returned_count;
+  for (auto& body : bodies_) body->return_escaped(sides, gravity_, ledger_);
+  if (ledger_.returned_count == before) return;
+  is_mapped_ = false;  // the sweep that moved them has mapped the others
+  escapes_.clear();
+  for (std::size_t b = 0; b < bodies_.size(); ++b) bodies_[b]->append_escapes(b, escapes_);
 }
 
 template <int Dim, class R>

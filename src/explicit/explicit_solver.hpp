@@ -58,6 +58,7 @@ class ExplicitSolver final : public Solver {
   void start_pass(typename Grid<Dim, R>::NodePass pass, Real t, Real dt);
   void sweep(const char* label, Sweep what, Real dt);
   void check_state(Real t);
+  void return_escaped(Real t);
   void check_cutoff(const SolverSpec& spec, Real smallest_mass) const;
 
   Vec3 full_gravity_;

@@ -117,13 +117,15 @@ void Contact<Dim, R>::work(const Shared& shared, std::size_t band, Real mass_cut
       const Vec<Dim>& now = after[k][lane];
       if (now == old && wanted[lane] == old) continue;
       for (std::size_t d = 0; d < Dim; ++d) {
+        // The work of each force is its impulse times the mean of the velocities at the step's start and end, as for surfaces.
+        const Real start = old[d] - dt * nodes.second[d][lane];
+        ledger.contact_dissipation -= 0.5 * nodes.moved_mass[lane] * (wanted[lane][d] - old[d]) * (start + now[d]);
         nodes.velocity[d][lane] = static_cast<R>(now[d]);
         nodes.second[d][lane] += static_cast<R>((now[d] - old[d]) / dt);
         const Real impulse = nodes.moved_mass[lane] * (now[d] - wanted[lane][d]);
         ledger.boundary_impulse[d] += impulse;
         ledger.boundary_work += impulse * now[d];
       }
-      ledger.contact_dissipation += 0.5 * nodes.moved_mass[lane] * (dot(old, old) - dot(wanted[lane], wanted[lane]));
     }
   }
 }

@@ -54,9 +54,10 @@ struct Box final : Region {
     table.required("upper", "m", &Box::upper_corner, any_number(),
                    "Corner with the largest coordinates; each is greater than that of lower.");
   }
-  bool contains(const Vec3& x) const override {
+  bool contains(const Vec3& x) const override { return reaches(x, 0); }
+  bool reaches(const Vec3& x, Real tolerance) const override {
     for (std::size_t d = 0; d < 3; ++d) {
-      if (!(x[d] >= lower_corner[d] && x[d] <= upper_corner[d])) return false;
+      if (!(x[d] >= lower_corner[d] - tolerance && x[d] <= upper_corner[d] + tolerance)) return false;
     }
     return true;
   }
@@ -103,12 +104,13 @@ struct HalfSpace final : Region {
     table.required("point", "m", &HalfSpace::point, any_number(), "A point of the plane.");
     table.required("normal", "1", &HalfSpace::normal, any_number(), "Direction out of the half-space, of any length but zero.");
   }
-  bool contains(const Vec3& x) const override {
+  bool contains(const Vec3& x) const override { return reaches(x, 0); }
+  bool reaches(const Vec3& x, Real tolerance) const override {
     // Dividing by the largest component keeps tiny normals from underflow and makes planes along the axes exact.
     const Real scale = normal_scale();
     Real distance = 0;
     for (std::size_t d = 0; d < 3; ++d) distance += (x[d] - point[d]) * (normal[d] / scale);
-    return distance <= 0;
+    return distance <= tolerance;
   }
   Vec3 lower() const override { return bound(-1, -k_infinity); }
   Vec3 upper() const override { return bound(1, k_infinity); }
@@ -161,8 +163,9 @@ struct Polygon final : Region {
         },
         [](const Polygon& polygon, int dim) -> std::optional<Input> { return write_value(polygon.vertices, dim); });
   }
-  bool contains(const Vec3& x) const override {
-    const Real tolerance = k_edge_tolerance * size();
+  bool contains(const Vec3& x) const override { return reaches(x, 0); }
+  bool reaches(const Vec3& x, Real beyond) const override {
+    const Real tolerance = std::max(beyond, k_edge_tolerance * size());
     for (std::size_t d = 0; d < 2; ++d) {
       if (!(x[d] >= lower_corner[d] - tolerance && x[d] <= upper_corner[d] + tolerance)) return false;
     }
@@ -333,6 +336,9 @@ struct Union final : Region {
   bool contains(const Vec3& x) const override {
     return std::any_of(of.begin(), of.end(), [&](const RegionPointer& part) { return part->contains(x); });
   }
+  bool reaches(const Vec3& x, Real tolerance) const override {
+    return std::any_of(of.begin(), of.end(), [&](const RegionPointer& part) { return part->reaches(x, tolerance); });
+  }
   Vec3 lower() const override {
     Vec3 corner{k_infinity, k_infinity, k_infinity};
     for (const RegionPointer& part : of) {
@@ -365,6 +371,11 @@ struct Difference final : Region {
   bool contains(const Vec3& x) const override {
     return of.front()->contains(x) && std::none_of(of.begin() + 1, of.end(), [&](const RegionPointer& part) { return part->contains(x); });
   }
+  /// What is cut out is closed: its nodes are out, also those that rounding has moved off its faces.
+  bool reaches(const Vec3& x, Real tolerance) const override {
+    return of.front()->reaches(x, tolerance) &&
+           std::none_of(of.begin() + 1, of.end(), [&](const RegionPointer& part) { return part->reaches(x, tolerance); });
+  }
   Vec3 lower() const override { return of.front()->lower(); }
   Vec3 upper() const override { return of.front()->upper(); }
   std::optional<Real> measure(int) const override { return std::nullopt; }
@@ -387,10 +398,11 @@ void Ball<Dim>::declare(ParameterTable<Ball>& table) {
 }
 
 template <int Dim>
-bool Ball<Dim>::contains(const Vec3& x) const {
+bool Ball<Dim>::reaches(const Vec3& x, Real tolerance) const {
   Real distance_squared = 0;
   for (std::size_t d = 0; d < Dim; ++d) distance_squared += (x[d] - center[d]) * (x[d] - center[d]);
-  return distance_squared <= radius * radius;
+  const Real reach = radius + tolerance;
+  return distance_squared <= reach * reach;
 }
 
 template <int Dim>
@@ -429,6 +441,12 @@ Input Ball<Dim>::write(int dim) const {
 template <int Dim>
 void Ball<Dim>::check(const Input& input, const ReadContext& context) const {
   check_measure(*this, input, context);
+}
+
+Real node_tolerance(const Vec3& x, Real cell_size) {
+  constexpr Real k_share = 1e-9;
+  const Real farthest = std::max({std::abs(x[0]), std::abs(x[1]), std::abs(x[2])});
+  return k_share * cell_size + 4 * std::numeric_limits<Real>::epsilon() * farthest;
 }
 
 template struct Ball<2>;

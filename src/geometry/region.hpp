@@ -15,6 +15,9 @@ class Region {
   virtual ~Region() = default;
   /// Whether the closed region contains x [m]. What a difference removes is closed, too: its boundary is removed with it.
   virtual bool contains(const Vec3& x) const = 0;
+  /// Whether x is in the region, or outside of it by no more than `tolerance` [m] (at corners a little more): for nodes, whose places are
+  /// rounded, so that one on a face of the region is in it whatever the last digit says. Regions of programs answer exactly.
+  virtual bool reaches(const Vec3& x, Real /*tolerance*/) const { return contains(x); }
   /// Corners of the bounding box [m]; infinite where the region is unbounded.
   virtual Vec3 lower() const = 0;
   virtual Vec3 upper() const = 0;
@@ -30,6 +33,10 @@ class Region {
 
 using RegionPointer = std::shared_ptr<Region>;
 
+/// The tolerance for Region::reaches at a node x [m] of cells with the shortest side `cell_size` [m]: far below a cell, and above what
+/// rounding makes of x, also far away from the origin.
+Real node_tolerance(const Vec3& x, Real cell_size);
+
 /// The points not farther than `radius` [m] from `center` [m]: a disk in 2D, a sphere in 3D.
 template <int Dim>
 struct Ball final : Region {
@@ -40,7 +47,8 @@ struct Ball final : Region {
   Real radius = 1;
 
   static void declare(ParameterTable<Ball>& table);
-  bool contains(const Vec3& x) const override;
+  bool contains(const Vec3& x) const override { return reaches(x, 0); }
+  bool reaches(const Vec3& x, Real tolerance) const override;
   Vec3 lower() const override;
   Vec3 upper() const override;
   std::optional<Real> measure(int dim) const override;

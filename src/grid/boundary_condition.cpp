@@ -111,7 +111,9 @@ std::optional<Vec3> BoundaryConditions<Dim, R>::place_in(std::size_t condition, 
     if (!exists) continue;
     const Vec3 x = widened<Dim>(grid.node_position(image));
     if (spec.region) {
-      if (spec.region->contains(x)) return x;
+      Real cell_size = grid.cell_size(0);
+      for (int d = 1; d < Dim; ++d) cell_size = std::min(cell_size, grid.cell_size(d));
+      if (spec.region->reaches(x, node_tolerance(x, cell_size))) return x;
     } else {
       const Side side = side_of(spec.side);
       if (image[static_cast<std::size_t>(side.axis)] == grid.side_node(side.axis, side.is_upper)) return x;
@@ -234,6 +236,21 @@ std::vector<Vec<Dim>> BoundaryConditions<Dim, R>::velocities(Real t) const {
 }
 
 template <int Dim, class R>
+std::vector<ClosedSide> BoundaryConditions<Dim, R>::closed_sides(Real t) const {
+  std::vector<ClosedSide> closed;
+  for (const BoundarySpec& spec : specs_) {
+    if (spec.region || spec.kind == BoundaryKind::traction) continue;
+    const Side side = side_of(spec.side);
+    const std::string component(1, "xyz"[side.axis]);
+    const bool holds_across = spec.kind == BoundaryKind::slip || spec.components.empty() ||
+                              std::find(spec.components.begin(), spec.components.end(), component) != spec.components.end();
+    const Real velocity = velocity_at(spec, t)[static_cast<std::size_t>(side.axis)];
+    if (holds_across && (side.is_upper ? velocity <= 0 : velocity >= 0)) closed.push_back({side.axis, side.is_upper, velocity});
+  }
+  return closed;
+}
+
+template <int Dim, class R>
 void BoundaryConditions<Dim, R>::constrain(Tile<Dim, R>& tile, const NodalDynamics<Dim>& dynamics, const std::vector<Vec<Dim>>& values,
                                            Real dt, Ledger& ledger) const {
   NodeValues<Dim, R>& nodes = tile.values;
@@ -261,7 +278,9 @@ void BoundaryConditions<Dim, R>::constrain(Tile<Dim, R>& tile, const NodalDynami
 template <int Dim, class R>
 void BoundaryConditions<Dim, R>::touch_surfaces(Tile<Dim, R>& tile, const NodalDynamics<Dim>& dynamics, const std::vector<Vec<Dim>>& values,
                                                 Real dt, Ledger& ledger) {
+  if (tile.contacts.empty()) return;
   NodeValues<Dim, R>& nodes = tile.values;
+  Vec<Dim> impulses[k_lanes<R>]{};  // of all surfaces
   for (SurfaceContact<Dim>& contact : tile.contacts) {
     contact.presses = contact.sticks = false;
     if (contact.gap > 0) continue;
@@ -284,7 +303,17 @@ void BoundaryConditions<Dim, R>::touch_surfaces(Tile<Dim, R>& tile, const NodalD
       const Real work = impulse * values[static_cast<std::size_t>(contact.condition)][d];
       ledger.boundary_impulse[d] += impulse;
       ledger.boundary_work += work;
-      ledger.contact_dissipation += work - impulse * (old + 0.5 * change);
+      ledger.contact_dissipation += work;
+      impulses[contact.lane][d] += impulse;
+    }
+  }
+  // All forces of a step act together, from the node's velocity at its start to that at its end: the work of each is its impulse times the
+  // mean of the two. With the velocity that the others alone would have left, a body at rest would seem to be stopped in every step.
+  for (int lane = 0; lane < k_lanes<R>; ++lane) {
+    const Real m = nodes.moved_mass[lane];
+    for (std::size_t d = 0; d < Dim; ++d) {
+      if (impulses[lane][d] == 0) continue;
+      ledger.contact_dissipation -= 0.5 * impulses[lane][d] * (nodes.momentum[d][lane] / m + nodes.velocity[d][lane]);
     }
   }
 }

@@ -49,6 +49,9 @@ class BoundaryConditions {
   /// Takes from a node's velocity what would carry it into a surface that lets go, without friction.
   static void keep_out(const Tile<Dim, R>& tile, const std::vector<Vec<Dim>>& values, std::vector<Vec<Dim>>& velocities);
 
+  /// Sides that hold what is at them across themselves, and do not go away from it at time t [s].
+  std::vector<ClosedSide> closed_sides(Real t) const;
+
   /// Greatest prescribed speed [m/s]: of all times of tables, and of functions at the time t [s].
   Real greatest_speed(Real t) const;
 

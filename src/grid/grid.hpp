@@ -35,6 +35,13 @@ struct TileNodes {
   std::vector<int> lanes;        ///< The nodes, by their place in the tile.
 };
 
+/// A side of the grid that lets nothing through.
+struct ClosedSide {
+  int axis = 0;
+  bool is_upper = false;
+  Real velocity = 0;  ///< Along the axis [m/s].
+};
+
 /// A fixed component of a node in a tile.
 struct FixedComponent {
   int lane;

@@ -43,6 +43,7 @@ bool is_loaded(const BoundarySpec& spec, const ElementFace& face, const Basis<Di
       return one.element == face.element && one.axis == face.axis && one.is_upper == face.is_upper;
     });
   }
+  const Real cell_size = basis.shortest_side(face.element);
   for (int corner = 0; corner < 1 << (Dim - 1); ++corner) {
     ElementPoint<Dim> point{face.element, {}};
     for (int d = 0, bit = 0; d < Dim; ++d)
@@ -50,7 +51,7 @@ bool is_loaded(const BoundarySpec& spec, const ElementFace& face, const Basis<Di
     Vec3 x{};
     const Vec<Dim> position = basis.position(point);
     std::copy(position.begin(), position.end(), x.begin());
-    if (!spec.region->contains(x)) return false;
+    if (!spec.region->reaches(x, node_tolerance(x, cell_size))) return false;
   }
   return true;
 }

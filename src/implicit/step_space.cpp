@@ -40,11 +40,12 @@ NodeConditions<Dim>::NodeConditions(const std::vector<BoundarySpec>& specs, cons
     std::vector<Index> nodes;
     int axis = -1;
     if (spec.region) {
+      const Real cell_size = basis.shortest_side();
       for (Index n = 0; n < basis.node_count(); ++n) {
         Vec3 x{};
         const Vec<Dim> position = basis.node_position(n);
         std::copy(position.begin(), position.end(), x.begin());
-        if (spec.region->contains(x)) nodes.push_back(n);
+        if (spec.region->reaches(x, node_tolerance(x, cell_size))) nodes.push_back(n);
       }
       if (nodes.empty()) {
         throw InputError("{}boundary {}: its region contains no node of the grid, so it would do nothing; make it at least a cell wide",

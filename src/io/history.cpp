@@ -71,6 +71,7 @@ std::vector<Column<SystemTotals>> balance_columns(int dim) {
   columns.vector("gravity_impulse", "N s", [](const SystemTotals& t) { return t.ledger.gravity_impulse; });
   columns.vector("body_force_impulse", "N s", [](const SystemTotals& t) { return t.ledger.body_force_impulse; });
   columns.vector("cutoff_impulse", "N s", [](const SystemTotals& t) { return t.ledger.cutoff_impulse; });
+  columns.scalar("returned_count", "1", [](const SystemTotals& t) { return t.ledger.returned_count; });
   columns.scalar("removed_count", "1", [](const SystemTotals& t) { return t.ledger.removed_count; });
   columns.scalar("removed_mass", "kg", [](const SystemTotals& t) { return t.ledger.removed_mass; });
   columns.vector("removed_momentum", "N s", [](const SystemTotals& t) { return t.ledger.removed_momentum; });
@@ -167,6 +168,26 @@ History::History(const std::filesystem::path& path, const Solver& solver) : file
   file_.append(fmt::format("{}\n", fmt::join(names, ",")));
 }
 
-void History::write(const Snapshot& snapshot) { file_.append(csv_row(history_row(snapshot))); }
+void History::write(const std::vector<Real>& row) { file_.append(csv_row(row)); }
+
+HistoryRecord interpolated(const HistoryRecord& before, const HistoryRecord& after, Real time, const Solver& solver) {
+  const Real share = (time - before.time()) / (after.time() - before.time());
+  HistoryRecord record = after;
+  const auto mix = [&](Real a, Real b) { return a + share * (b - a); };
+  const std::vector<HistoryColumn> columns = history_columns(solver);
+  const std::vector<StepNumber> numbers = solver.step_numbers();
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    const std::string& name = columns[c].name;
+    const bool is_of_step = name == "step" || name == "dt" || name.ends_with("_count") ||
+                            std::any_of(numbers.begin(), numbers.end(), [&](const StepNumber& number) { return number.name == name; });
+    if (!is_of_step) record.history[c] = mix(before.history[c], after.history[c]);
+  }
+  for (std::size_t p = 0; p < record.probes.size(); ++p) {
+    for (std::size_t c = 0; c < record.probes[p].size(); ++c) record.probes[p][c] = mix(before.probes[p][c], after.probes[p][c]);
+    record.probes[p].front() = time;
+  }
+  record.history.front() = time;
+  return record;
+}
 
 }  // namespace matpoint

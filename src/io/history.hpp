@@ -28,12 +28,25 @@ std::vector<HistoryColumn> history_columns(const Solver& solver);
 /// One row of history.csv, in the order of history_columns().
 std::vector<Real> history_row(const Snapshot& snapshot);
 
+/// What is written at one time: a row of the history, and one of each probe.
+struct HistoryRecord {
+  Index step = 0;
+  std::vector<Real> history;
+  std::vector<std::vector<Real>> probes;
+
+  Real time() const { return history.front(); }
+};
+
+/// Between the records before and after a step, at a time [s] within it: linear, so that outputs do not cut steps. Counts, the step and
+/// numbers of the step itself are those of the later record; what is nan in either is nan.
+HistoryRecord interpolated(const HistoryRecord& before, const HistoryRecord& after, Real time, const Solver& solver);
+
 class History {
  public:
   /// Creates the file with its header line. Throws SolverError.
   History(const std::filesystem::path& path, const Solver& solver);
   /// Appends one row, numbers as short as they can be and still read back to the same bits. Throws SolverError.
-  void write(const Snapshot& snapshot);
+  void write(const std::vector<Real>& row);
 
  private:
   GrowingFile file_;

@@ -26,6 +26,17 @@ Input profile_table(const Profile& profile) {
   return table;
 }
 
+Input health_table(const std::vector<HealthLine>& health) {
+  Input table = Input::table();
+  for (const HealthLine& line : health) {
+    Input& entry = table.set(line.name, Input::table());
+    entry.set("text", Input::string(line.text));
+    entry.set("good", Input::boolean(line.is_good));
+    if (!line.remedy.empty()) entry.set("remedy", Input::string(line.remedy));
+  }
+  return table;
+}
+
 }  // namespace
 
 std::string time_stamp() {
@@ -55,6 +66,7 @@ std::string manifest_text(const Manifest& manifest, const Snapshot& snapshot) {
   Input& units = run.set("units", Input::table());
   units.set("history", manifest.history_units);
   units.set("fields", manifest.field_units);
+  if (snapshot.health != nullptr && !snapshot.health->empty()) run.set("health", health_table(*snapshot.health));
   run.set("seconds", profile_table(snapshot.solver.profile()));
   run.set("case", manifest.case_input);
   return fmt::format("{}\n{}", k_signature, write_toml(run));

@@ -66,7 +66,7 @@ Probe::Probe(const std::filesystem::path& path, const ProbeTarget& target, int d
   file_.append(fmt::format("{}\n", fmt::join(names, ",")));
 }
 
-void Probe::write(const Snapshot& snapshot) {
+std::vector<Real> Probe::row(const Snapshot& snapshot) const {
   const Solver& solver = snapshot.solver;
   const std::size_t width = probe_columns(solver.dim()).size();
   std::vector<Real> row = {snapshot.time};
@@ -78,7 +78,9 @@ void Probe::write(const Snapshot& snapshot) {
     row.insert(row.end(), begin, begin + field.components);
   }
   row.resize(width, std::numeric_limits<Real>::quiet_NaN());  // cuts yz and xz in 2D, fills the row of a removed particle
-  file_.append(csv_row(row));
+  return row;
 }
+
+void Probe::write(const std::vector<Real>& row) { file_.append(csv_row(row)); }
 
 }  // namespace matpoint

@@ -20,8 +20,10 @@ class Probe {
  public:
   /// Creates the file with its header line. Throws SolverError.
   Probe(const std::filesystem::path& path, const ProbeTarget& target, int dim);
-  /// Appends one row; nan once the particle has been removed. Throws SolverError.
-  void write(const Snapshot& snapshot);
+  /// Its row now; nan once the particle has been removed.
+  std::vector<Real> row(const Snapshot& snapshot) const;
+  /// Appends one row. Throws SolverError.
+  void write(const std::vector<Real>& row);
 
  private:
   ProbeTarget target_;

@@ -249,14 +249,20 @@ void ResultsFolder::make_writers(const Snapshot& start, const std::vector<ProbeT
   if (output.grid && has_vtu) grid_vtu_.emplace(path_, "grid", real, start.solver.grid());
 }
 
-void ResultsFolder::write_history(const Snapshot& now) {
-  if (history_step_ == now.step) return;
+HistoryRecord ResultsFolder::record(const Snapshot& now) const {
+  HistoryRecord record{now.step, history_row(now), {}};
+  for (const auto& probe : probes_) record.probes.push_back(probe->row(now));
+  return record;
+}
+
+void ResultsFolder::write_history(const HistoryRecord& record) {
+  if (history_step_ >= 0 && record.time() <= history_time_) return;
   // A disk that is full ends the run soon, and not when the next fields are due.
   if (writing_.valid() && writing_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) wait();
-  history_->write(now);
-  for (const auto& probe : probes_) probe->write(now);
-  history_step_ = now.step;
-  history_time_ = now.time;
+  history_->write(record.history);
+  for (std::size_t p = 0; p < probes_.size(); ++p) probes_[p]->write(record.probes[p]);
+  history_step_ = record.step;
+  history_time_ = record.time();
 }
 
 void ResultsFolder::write_fields(const Snapshot& now) {

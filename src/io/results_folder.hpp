@@ -37,8 +37,12 @@ class ResultsFolder {
   /// the manifest with status = "running". Throws InputError.
   void begin(const Snapshot& start, int threads, const std::string& command = "");
 
-  /// Appends to the history and the probes; does nothing if this step is there already. Throws SolverError.
-  void write_history(const Snapshot& now);
+  /// What write_history writes, of now.
+  HistoryRecord record(const Snapshot& now) const;
+
+  /// Appends to the history and the probes; does nothing if this time is there already. Throws SolverError.
+  void write_history(const HistoryRecord& record);
+  void write_history(const Snapshot& now) { write_history(record(now)); }
 
   /// Takes the fields and appends them to the files beside the run, which may go on; waits for the fields before these. Does nothing if
   /// this step is there already. Throws SolverError, also for what went wrong with earlier fields.

@@ -11,10 +11,11 @@ struct Snapshot {
 
   const Case& problem;
   const Solver& solver;
-  Real time = 0;            ///< [s]
-  Index step = 0;           ///< Steps done.
-  Real dt = 0;              ///< The last step [s]; 0 before the first.
-  Real initial_energy = 0;  ///< Kinetic + strain + gravitational energy of the start [J].
+  Real time = 0;                                    ///< [s]
+  Index step = 0;                                   ///< Steps done.
+  Real dt = 0;                                      ///< The last step [s]; 0 before the first.
+  Real initial_energy = 0;                          ///< Kinetic + strain + gravitational energy of the start [J].
+  const std::vector<HealthLine>* health = nullptr;  ///< Of a run that has ended; null: of none.
 };
 
 }  // namespace matpoint

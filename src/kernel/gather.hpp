@@ -425,8 +425,10 @@ MPM_INLINE void gather(SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk,
           select(live, u + dt * grid_velocity, zero).store(slot + (at.u + d) * L);
         } else {
           const P moved = select(live, x[d] + dt_over_h[d] * grid_velocity, P(0.5));
-          moved.store(slot + (at.x + d) * L);
-          is_inside = is_inside & (moved >= zero) & (moved < one);
+          const Mask<R> stays = (moved >= zero) & (moved < one);
+          const P off_line = min(max(moved, P(k_off_line<R>)), P(1 - k_off_line<R>));
+          select(stays, off_line, moved).store(slot + (at.x + d) * L);
+          is_inside = is_inside & stays;
         }
       }
     }

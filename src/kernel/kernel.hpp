@@ -21,6 +21,11 @@ namespace matpoint {
 template <class R>
 constexpr int k_lanes = 64 / static_cast<int>(sizeof(R));
 
+/// Particles keep so far away from the sides of their cells, in cell sides. One exactly on a line of the grid has no weight at the nodes
+/// behind it, but its functions have a slope there: such a node has no mass, so no velocity, and the particle would be strained by flying.
+template <class R>
+constexpr R k_off_line = sizeof(R) == 8 ? R(1e-9) : R(1e-6);
+
 /// Independent components of a symmetric tensor: xx yy zz xy, and yz xz in 3D.
 template <int Dim>
 constexpr int k_stress_size = Dim == 2 ? 4 : 6;

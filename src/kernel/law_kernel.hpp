@@ -100,7 +100,21 @@ __attribute__((flatten)) void update_law(const void* law_pointer, LawChunk<Dim, 
           if (L_grad != nullptr) kinematics.L(r, c) = P::load(L_grad + (k * Dim * Dim + r * Dim + c) * L + lane);
         }
       }
-      if (L_grad != nullptr) {
+      if (k_is_fluid<Law> && at.u < 0) {
+        // A fluid forgets its shape, and F would not: its entries grow without bound in a flow, until det F is what rounding leaves of
+        // their products. So F = s I, and s follows J' = J tr L exactly for a constant L: J stays positive, and comes back when the flow
+        // does.
+        P trace = kinematics.L(0, 0);
+        for (int d = 1; d < Dim; ++d) trace += kinematics.L(d, d);
+        P s = kinematics.F(0, 0);
+        if (L_grad != nullptr) {
+          s *= exp(trace * P(chunk.dt / Dim));
+          s.store(slot + at.F * L);
+          for (int d = 1; d < Dim; ++d) s.store(slot + (at.F + d * Dim + d) * L);
+        }
+        kinematics.F = M::identity();
+        for (int d = 0; d < Dim; ++d) kinematics.F(d, d) = s;
+      } else if (L_grad != nullptr) {
         const M& F = kinematics.F;
         M F_new = F;
         for (int r = 0; r < Dim; ++r) {

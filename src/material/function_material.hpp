@@ -33,6 +33,7 @@ class FunctionMaterial final : public Material {
   /// Its stress is stored, so that outputs need not call the function point by point.
   bool is_rate_dependent() const override { return true; }
   bool is_scalar_only() const override { return false; }
+  bool is_fluid() const override { return false; }
   int law_index() const override { return -1; }
   const void* law_data() const override { return this; }
   Matrix kirchhoff_stress(const Matrix& F) const override;

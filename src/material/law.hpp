@@ -21,6 +21,9 @@
 // A law that is written with `select` instead of `if` runs on a whole SIMD pack of points at once. One that must branch says
 // `static constexpr bool is_scalar_only = true;`, runs point by point, and a run mentions it.
 //
+// A fluid, whose stress knows of F only J, says `static constexpr bool is_fluid = true;`: then a body that is not total Lagrangian carries
+// F = J^(1/dim) I (kernel/law_kernel.hpp says why).
+//
 // docs/add_a_material.md walks through one.
 #pragma once
 
@@ -86,6 +89,12 @@ constexpr bool k_has_dissipation = requires(const Law& law, const Kinematics<Mat
 template <class Law>
 constexpr bool k_is_scalar_only = requires {
   requires Law::is_scalar_only;
+};
+
+/// Whether the law says that it is a fluid, `static constexpr bool is_fluid = true;`: it knows of F only J.
+template <class Law>
+constexpr bool k_is_fluid = requires {
+  requires Law::is_fluid;
 };
 
 /// Parameters of isotropic elastic solids, and what follows from them.

@@ -24,6 +24,7 @@ class LawMaterial final : public Material {
   int history_size() const override { return k_history_size<Law>; }
   bool is_rate_dependent() const override { return k_is_rate_dependent<Law>; }
   bool is_scalar_only() const override { return k_is_scalar_only<Law>; }
+  bool is_fluid() const override { return k_is_fluid<Law>; }
   int law_index() const override { return matpoint::law_index<Law>(static_cast<AllLaws*>(nullptr)); }
   const void* law_data() const override { return &law; }
 

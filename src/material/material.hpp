@@ -24,6 +24,8 @@ class Material {
 
   /// Whether the law branches, so that its kernel works one point after the other.
   virtual bool is_scalar_only() const = 0;
+  /// Whether the stress knows of F only J, so that a body may forget its shape (law.hpp).
+  virtual bool is_fluid() const = 0;
 
   /// The law's place in AllLaws, for its kernel, or -1 for a FunctionMaterial; and the law itself, for the kernel to read.
   virtual int law_index() const = 0;

@@ -14,6 +14,8 @@ struct NewtonianFluid {
   static constexpr auto summary =
       "Weakly compressible Newtonian fluid with the equation of state p = kappa (J^-gamma - 1) (Monaghan 1994).";
 
+  static constexpr bool is_fluid = true;
+
   Real density = 0;         ///< [kg/m^3]
   Real pressure_scale = 0;  ///< kappa [Pa]
   Real gamma = 7;           ///< [1]

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <stdexcept>
 
@@ -268,6 +269,29 @@ std::vector<QuadraturePoint<Dim>> Basis<Dim>::quadrature(Index cell) const {
     points.push_back(one);
   }
   return points;
+}
+
+template <int Dim>
+Real Basis<Dim>::shortest_side(Index cell) const {
+  Real shortest = std::numeric_limits<Real>::infinity();
+  for (std::size_t d = 0; d < Dim; ++d) {
+    ElementPoint<Dim> point{cell, {}};
+    point.xi[d] = -1;
+    const Vec<Dim> from = position(point);
+    point.xi[d] = 1;
+    const Vec<Dim> to = position(point);
+    Vec<Dim> side;
+    for (std::size_t e = 0; e < Dim; ++e) side[e] = to[e] - from[e];
+    shortest = std::min(shortest, std::sqrt(dot(side, side)));
+  }
+  return shortest;
+}
+
+template <int Dim>
+Real Basis<Dim>::shortest_side() const {
+  Real shortest = std::numeric_limits<Real>::infinity();
+  for (Index cell = 0; cell < cell_count(); ++cell) shortest = std::min(shortest, shortest_side(cell));
+  return shortest;
 }
 
 template <int Dim>

@@ -50,6 +50,10 @@ class Basis {
 
   /// 3^Dim Gauss points, exact for products of two gradients of these functions on boxes.
   std::vector<QuadraturePoint<Dim>> quadrature(Index cell) const;
+  /// Of a cell, between the middles of opposite faces [m].
+  Real shortest_side(Index cell) const;
+  /// Of all cells [m].
+  Real shortest_side() const;
 };
 
 template <int Dim>

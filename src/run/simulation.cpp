@@ -5,6 +5,7 @@
 
 #include "io/results_folder.hpp"
 #include "run/make_solver.hpp"
+#include "run/risks.hpp"
 
 namespace matpoint {
 
@@ -53,6 +54,7 @@ Simulation::operator Snapshot() const {
   now.step = step_;
   now.dt = dt_;
   now.initial_energy = initial_energy_;
+  now.health = &health_lines_;
   return now;
 }
 
@@ -75,6 +77,7 @@ std::vector<std::string> Simulation::warnings() const {
         fmt::format("the fixed time step dt = {:.4g} s is above the stable limit of the start, {:.4g} s; the run will probably blow up",
                     *case_.time.dt, stable));
   }
+  for (const std::string& text : risks_of(case_, *solver_)) all.push_back(text);
   constexpr Real k_short = 0.1;  // of the stable step
   if (!case_.is_implicit() && case_.solver.transfer != Transfer::flip && case_.time.dt && *case_.time.dt < k_short * stable) {
     all.push_back(fmt::format(
@@ -83,10 +86,6 @@ std::vector<std::string> Simulation::warnings() const {
         *case_.time.dt, *case_.time.dt / stable));
   }
   for (const std::string& text : solver_->warnings()) all.push_back(text);
-  if (case_.solver.stress_order == StressOrder::musl && case_.solver.damping > 0) {
-    all.push_back(
-        "stress_order = \"musl\" with damping drifts away from the state of rest; use stress_order = \"usl\" for damped problems");
-  }
   for (const BodySpec& body : case_.bodies) {
     if (!body.material->is_scalar_only()) continue;
     all.push_back(fmt::format("the law \"{}\" of body \"{}\" branches, so it has no SIMD kernel and runs point by point",
@@ -128,11 +127,14 @@ bool Simulation::has_reached(Real event) const {
 
 void Simulation::step(Real latest) {
   if (!broken_.empty()) throw SolverError("the simulation broke off in {}; its state is of no use any more, build it again", broken_);
+  if (!health_) health_.emplace(*this);
   if (particle_left_)
     throw SolverError("t = {:.8g} s: a particle has left the grid, and particles_outside = \"stop\" ends the simulation there", time_);
   Real dt = next_dt();
   bool ends_at_latest = false;
-  if (!case_.time.dt && time_ + dt >= latest * (1 - 1e-14)) {
+  // A step may be longer by this share, so that none is left over that is next to nothing.
+  constexpr Real k_stretch = 1e-6;
+  if (!case_.time.dt && time_ + (1 + k_stretch) * dt >= latest) {
     dt = latest - time_;
     ends_at_latest = true;
   }
@@ -171,22 +173,39 @@ void Simulation::handle_escapes() {
   }
 }
 
-void Simulation::write_history(ResultsFolder* results) {
-  if (results != nullptr) results->write_history(*this);
-  for (const HistoryCallback& callback : history_callbacks_) callback(*this);
+HistoryRecord Simulation::record(const ResultsFolder* results) const {
+  return results != nullptr ? results->record(*this) : HistoryRecord{step_, history_row(*this), {}};
+}
+
+void Simulation::write_history(ResultsFolder* results, const HistoryRecord& record) {
+  health_->look(record.history);
+  if (results != nullptr) results->write_history(record);
+  for (const HistoryCallback& callback : history_callbacks_) callback(record.history);
 }
 
 RunEnd Simulation::run(ResultsFolder* results, std::optional<Real> until, const std::atomic<int>* interrupt) {
+  if (!health_) health_.emplace(*this);
   const Real end = until.value_or(case_.time.end);
   Schedule history(case_.output.history_every.value_or(case_.time.end / 200), {}, time_);
   Schedule fields(case_.output.fields_every.value_or(case_.output.fields_at.empty() ? case_.time.end / 50 : 0), case_.output.fields_at,
                   time_);
+  // Automatic steps are cut at the end only: how often a run is looked at must not change it. The rows of the history that fall into a step
+  // are interpolated; fields, and everything with a rule or a fixed step, are of the first step at or after their time.
+  const bool is_interpolating = !case_.time.dt && !case_.time.rule;
+  std::optional<HistoryRecord> before;
+  std::optional<HistoryRecord> after;
   const auto write = [&](bool is_last) {
-    const bool is_history_due = is_last || has_reached(history.next());
+    bool is_history_due = is_last;
+    while (has_reached(history.next())) {
+      if (before && history.next() < time_)
+        write_history(results, interpolated(*before, *after, history.next(), *solver_));
+      else
+        is_history_due = true;
+      history.advance();
+    }
     const bool are_fields_due = is_last || has_reached(fields.next());
-    while (has_reached(history.next())) history.advance();
     while (has_reached(fields.next())) fields.advance();
-    if (is_history_due) write_history(results);
+    if (is_history_due) write_history(results, record(results));
     if (results != nullptr && are_fields_due) results->write_fields(*this);
   };
   const auto call_back = [&] {
@@ -197,19 +216,23 @@ RunEnd Simulation::run(ResultsFolder* results, std::optional<Real> until, const 
     return true;
   };
   if (step_ == 0) {
-    write_history(results);
+    write_history(results, record(results));
     if (results != nullptr) results->write_fields(*this);
   }
   if (particle_left_) return RunEnd::particle_left;
   RunEnd ending = step_ > 0 || call_back() ? RunEnd::finished : RunEnd::stopped_by_callback;
   while (ending == RunEnd::finished && !has_reached(end)) {
-    // A rule's steps are cut at the end only: outputs fall on the first step at or after their time.
-    step(case_.time.rule ? end : std::min({end, history.next(), fields.next()}));
+    before.reset();
+    after.reset();
+    if (is_interpolating && std::min(time_ + next_dt(), end) > history.next()) before = record(results);
+    step(end);
+    if (before) after = record(results);
     if (!call_back()) ending = RunEnd::stopped_by_callback;
     if (particle_left_) ending = RunEnd::particle_left;
     if (interrupt != nullptr && *interrupt != 0) ending = RunEnd::interrupted;
     write(ending != RunEnd::finished || has_reached(end));
   }
+  health_lines_ = health_->lines(*this);
   return ending;
 }
 

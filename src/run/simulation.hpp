@@ -8,7 +8,9 @@
 #include <memory>
 
 #include "case/case.hpp"
+#include "io/history.hpp"
 #include "io/snapshot.hpp"
+#include "run/health.hpp"
 #include "solver/solver.hpp"
 
 namespace matpoint {
@@ -45,8 +47,8 @@ class Simulation {
   using Callback = std::function<bool(const Simulation&)>;
   void add_callback(Callback callback) { callbacks_.push_back(std::move(callback)); }
 
-  /// Called by run() whenever a row of the history is due, also without a results folder.
-  using HistoryCallback = std::function<void(const Simulation&)>;
+  /// Called by run() whenever a row of the history is due, also without a results folder, with the row (history_row).
+  using HistoryCallback = std::function<void(const std::vector<Real>&)>;
   void add_history_callback(HistoryCallback callback) { history_callbacks_.push_back(std::move(callback)); }
 
   /// Assigns a field of a body's particles (Solver::set_field); the energy and momentum that come with it count as the start's, so that
@@ -60,6 +62,9 @@ class Simulation {
   /// Things that work as asked but probably not as meant, e.g. a fixed step above the stable limit; one sentence each.
   std::vector<std::string> warnings() const;
 
+  /// What the last run() said about itself at its end; nothing before the first.
+  const std::vector<HealthLine>& health() const { return health_lines_; }
+
   /// Energy of the start [J]: kinetic + strain + gravitational.
   Real initial_energy() const { return initial_energy_; }
   Vec3 initial_momentum() const { return initial_momentum_; }
@@ -72,7 +77,8 @@ class Simulation {
   /// Whether an event [s] falls on the present step.
   bool has_reached(Real event) const;
   void handle_escapes();
-  void write_history(ResultsFolder* results);
+  HistoryRecord record(const ResultsFolder* results) const;
+  void write_history(ResultsFolder* results, const HistoryRecord& record);
 
   Case case_;
   std::unique_ptr<Solver> solver_;
@@ -85,6 +91,8 @@ class Simulation {
   std::string broken_;  ///< The step in which an error left the state half done; then nothing goes on.
   Real initial_energy_ = 0;
   Vec3 initial_momentum_{};
+  std::optional<Health> health_;  ///< From the first step or run on.
+  std::vector<HealthLine> health_lines_;
 };
 
 }  // namespace matpoint

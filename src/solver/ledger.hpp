@@ -18,6 +18,7 @@ struct Ledger {
   Real body_force_work = 0;      ///< Work done by a body force other than gravity [J].
   Vec3 body_force_impulse{};     ///< [N s]
   Vec3 cutoff_impulse{};         ///< What nodes under the mass cutoff did not pass on [N s].
+  Index returned_count = 0;      ///< How often a particle was put back that had passed a closed side.
   Index removed_count = 0;       ///< Particles removed because they left the grid.
   Real removed_mass = 0;         ///< [kg]
   Vec3 removed_momentum{};       ///< [N s]

@@ -43,6 +43,14 @@ struct StepNumber {
   Real value = 0;
 };
 
+/// One thing that a run says about itself at its end, with a verdict.
+struct HealthLine {
+  std::string name;  ///< "energy", "momentum", "volume of water", ...
+  std::string text;  ///< What was measured, in words.
+  bool is_good = true;
+  std::string remedy;  ///< What would do, where it is not good.
+};
+
 /// The cells of a body of finite elements, for output.
 struct BodyCells {
   int vtk_type = 1;  ///< VTK's number of their shape; 1 is a vertex.

@@ -59,6 +59,7 @@ VerifySuite analytic_suite() {
   add_invariants(suite);
   add_manufactured(suite);
   add_inclines(suite);
+  add_everyday(suite);
   add_implicit_analytic(suite);
   add_implicit_newton(suite);
   add_implicit_paper(suite);

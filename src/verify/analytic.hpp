@@ -22,6 +22,7 @@ void add_fluids(VerifySuite& suite);
 void add_invariants(VerifySuite& suite);
 void add_manufactured(VerifySuite& suite);
 void add_inclines(VerifySuite& suite);
+void add_everyday(VerifySuite& suite);
 void add_implicit_analytic(VerifySuite& suite);
 void add_implicit_newton(VerifySuite& suite);
 void add_implicit_paper(VerifySuite& suite);

@@ -8,6 +8,11 @@ namespace matpoint {
 Case case_from_text(const std::string& name, const std::string& text, const Sets& sets) {
   Input input = parse_toml(text, name);
   for (const std::string& set : sets) apply_set(input, set);
+  const Input* const solver = input.find("solver");
+  const auto has = [&](const char* key) { return solver != nullptr && solver->find(key) != nullptr; };
+  const bool is_implicit = has("type") && solver->find("type")->text() == "\"implicit\"";
+  // Most of these problems are about linear shapes; those that name none were measured with them.
+  if (!is_implicit && !has("shape") && !has("quality")) apply_set(input, "solver.shape=linear");
   return Case::from_input(input, name);
 }
 

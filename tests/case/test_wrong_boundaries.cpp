@@ -56,7 +56,7 @@ INSTANTIATE_TEST_SUITE_P(
                  {"kind = \"slip\" needs a region with one surface", "give each part its own boundary"}),
         boundary("region_of_3d", "region = { type = \"sphere\", center = [0, 0, 0], radius = 1 }",
                  {"boundary 1: region: a sphere exists in 3D only"}),
-        boundary("region_without_nodes", "region = { type = \"disk\", center = [0.0625, 0.0625], radius = 0.01 }\nkind = \"fixed\"",
+        boundary("region_without_nodes", "region = { type = \"disk\", center = [0.125, 0.03], radius = 0.01 }\nkind = \"fixed\"",
                  {k_at, "its region contains no node of the grid, so it would do nothing; make it at least a cell wide"}),
         boundary("velocity_without_value", "side = \"bottom\"\nkind = \"velocity\"",
                  {k_at, "kind = \"velocity\" needs velocity = [...], or a table: times = [...] with velocities = [[...], ...]"}),

@@ -63,6 +63,7 @@ struct ReferenceParticle {
 struct ReferenceLaw {
   std::function<Matrix(const Matrix& F, const Matrix& L)> stress;
   std::function<Real(const Matrix& L)> dissipation = [](const Matrix&) { return Real{0}; };
+  bool is_fluid = false;  ///< Carries J alone.
 };
 
 /// sigma = mu/J (F F^T - I) + lambda/J ln J I. Source: Kamuth (thesis on explicit MPM), eq. 47.
@@ -110,6 +111,7 @@ inline ReferenceLaw reference_newtonian_fluid(Real kappa, Real gamma, Real visco
     return d;
   };
   ReferenceLaw law;
+  law.is_fluid = true;
   law.stress = [=](const Matrix& F, const Matrix& L) {
     const Real pressure = kappa * (std::pow(determinant(F), -gamma) - 1);
     Matrix sigma = deviator(L);
@@ -207,6 +209,22 @@ class ReferenceMpm {
     if (order != StressOrder::usf) update_stress(dt);
     for (std::size_t p = 0; p < particles.size(); ++p) {
       for (std::size_t d = 0; d < dim; ++d) particles[p].x[d] += displacements[p][d];
+    }
+    keep_off_lines();
+  }
+
+  /// No particle is nearer to a line of the grid than 1e-9 of a cell; one on a line belongs to the cell above, on the far side to the last.
+  void keep_off_lines() {
+    for (ReferenceParticle& q : particles) {
+      for (std::size_t d = 0; d < dim; ++d) {
+        Real& x = (is_total ? q.X : q.x)[d];
+        const Real before = x;
+        const Real place = (x - lower[d]) / h[d];
+        const Real cell = std::min(std::floor(place), static_cast<Real>(cells[d] - 1));
+        if (place - cell < 1e-9) x = lower[d] + (cell + 1e-9) * h[d];
+        if (place - cell > 1 - 1e-9) x = lower[d] + (cell + 1 - 1e-9) * h[d];
+        if (is_total) q.x[d] += x - before;
+      }
     }
   }
 
@@ -490,9 +508,10 @@ class ReferenceMpm {
       ReferenceParticle& q = particles[p];
       const Matrix& L = all[p];
       const Matrix change = product(L, q.F);
-      for (std::size_t r = 0; r < 3; ++r) {
+      for (std::size_t r = 0; r < 3 && (is_total || !law.is_fluid); ++r) {
         for (std::size_t s = 0; s < 3; ++s) q.F[r][s] += dt * change[r][s];
       }
+      for (std::size_t d = 0; d < dim && law.is_fluid && !is_total; ++d) q.F[d][d] *= std::exp(dt * trace(L) / static_cast<Real>(dim));
       q.sigma = law.stress(q.F, L);
       viscous_dissipation += law.dissipation(L) * determinant(q.F) * q.V0 * dt;
     }

@@ -185,6 +185,7 @@ TEST_P(SolverThreads, same_bits_for_1_2_and_3_threads) {
     problem.bodies.push_back(make_body("left", left, neo_hookean(1e4, 0.3, 1000), [](const Vec3&) { return Vec3{1, 0, 0}; }));
     problem.bodies.push_back(make_body("right", right, newtonian_fluid(1e3, 0.5, 1000), [](const Vec3&) { return Vec3{-1, 0, 0}; }));
     problem.time.end = 0.03;
+    problem.time.cfl = 0.1;
     Simulation sim = simulation(problem);  // automatic time step
     sim.run();
     std::vector<Real> state{sim.time(), sim.last_dt(), static_cast<Real>(sim.step_count())};

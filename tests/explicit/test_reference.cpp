@@ -179,6 +179,7 @@ ReferenceMpm reference(const Comparison& c) {
     particle.mass = k_density * seeds.volume[p];
     mpm.particles.push_back(particle);
   }
+  mpm.keep_off_lines();
   constrain(mpm, c);
   return mpm;
 }

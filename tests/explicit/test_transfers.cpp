@@ -79,7 +79,7 @@ TEST(Transfers, body_force_of_particles_is_gravity_when_it_is_constant) {
 
 TEST(Transfers, short_steps_with_what_damps_in_each_of_them_are_warned_of) {
   const auto warnings = [](Transfer transfer, Real dt) {
-    Case problem = turning_block(transfer, ShapeKind::linear);
+    Case problem = turning_block(transfer, ShapeKind::bspline2);
     problem.time.dt = dt;
     return Simulation(problem).warnings();
   };

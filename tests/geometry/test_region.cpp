@@ -300,5 +300,31 @@ TEST(Region, written_regions_read_back_as_the_same) {
   }
 }
 
+TEST(Region, reaches_what_rounding_has_moved_off_its_face_and_nothing_else) {
+  const Real tolerance = 1e-10;
+  const std::vector<std::pair<RegionPointer, Vec3>> faces = {
+      {region("{ type = 'box', lower = [0, 0], upper = [1, 0.3] }"), {0.5, 0.3, 0}},
+      {region("{ type = 'disk', center = [0.5, 0], radius = 0.3 }"), {0.5, 0.3, 0}},
+      {region("{ type = 'half_space', point = [0, 0.3], normal = [0, 2] }"), {0.5, 0.3, 0}},
+      {region("{ type = 'polygon', vertices = [[0, 0], [1, 0], [1, 0.3], [0, 0.3]] }"), {0.5, 0.3, 0}},
+      {region("{ type = 'union', of = [{ type = 'box', lower = [0, 0], upper = [1, 0.3] }, { type = 'box', lower = [5, 5], upper = [6, 6] "
+              "}] }"),
+       {0.5, 0.3, 0}}};
+  for (const auto& [shape, place] : faces) {
+    EXPECT_TRUE(shape->reaches({place[0], place[1] + 0.5 * tolerance, 0}, tolerance));
+    EXPECT_FALSE(shape->reaches({place[0], place[1] + 2 * tolerance, 0}, tolerance));
+    EXPECT_FALSE(shape->contains({place[0], place[1] + 0.5 * tolerance, 0}));
+  }
+  // What is cut out is closed: a node on its face is out, on either side of rounding.
+  const RegionPointer cut = region(
+      "{ type = 'difference', of = [{ type = 'box', lower = [0, 0], upper = [1, 1] }, { type = 'box', lower = [0, 0], upper = [1, 0.3] }] "
+      "}");
+  for (const Real off : {-0.5, 0.5}) EXPECT_FALSE(cut->reaches({0.5, 0.3 + off * tolerance, 0}, tolerance));
+  EXPECT_TRUE(cut->reaches({0.5, 0.3 + 2 * tolerance, 0}, tolerance));
+  // Far below a cell, above the rounding of far-away nodes.
+  EXPECT_LT(node_tolerance({1, 1, 0}, 0.1), 1e-9);
+  EXPECT_GT(node_tolerance({5e5, 4.6e6, 0}, 0.05), 4.6e6 * std::numeric_limits<Real>::epsilon());
+}
+
 }  // namespace
 }  // namespace matpoint::test

@@ -259,12 +259,13 @@ TEST(InclinedPlane, meeting_a_moving_side_takes_work_from_it) {
   sim.step();
   const Vec3 v{-0.25 * incline.normal[1] / incline.normal[0], 0.25, 0};
   const BodyTotals totals = sim.solver().totals(0);
+  const Real bound = 2e-9 * 0.5;  // the nodes above get a billionth, for no particle is on a line of the grid
   for (std::size_t d = 0; d < 2; ++d) {
-    EXPECT_NEAR(totals.momentum[d], v[d], 10 * k_epsilon);
-    EXPECT_NEAR(sim.solver().ledger().boundary_impulse[d], v[d], 10 * k_epsilon);
+    EXPECT_NEAR(totals.momentum[d], v[d], bound);
+    EXPECT_NEAR(sim.solver().ledger().boundary_impulse[d], v[d], bound);
   }
   // An impulse works with the velocity of the boundary, which is that of the node: here p . v with p = m v.
-  EXPECT_NEAR(sim.solver().ledger().boundary_work, v[0] * v[0] + v[1] * v[1], 10 * k_epsilon);
+  EXPECT_NEAR(sim.solver().ledger().boundary_work, v[0] * v[0] + v[1] * v[1], bound);
 }
 
 TEST(RoundObstacle, takes_the_radial_velocity_of_its_nodes_and_nothing_else) {
@@ -312,6 +313,7 @@ TEST(RoundObstacle, books_close_while_a_block_is_pushed_around_it) {
         }));
     problem.boundaries = {in_region("{ type = 'disk', center = [1.0, 0.4], radius = 0.2 }", 2, BoundaryKind::slip)};
     problem.solver.stress_order = order;
+    problem.solver.mass_cutoff_relative = 1e-3;  // USL on linear shapes
     problem.solver.damping = 0.2;
     problem.solver.flip = 0.98;
     problem.time.dt = 2e-3;

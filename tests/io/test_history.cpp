@@ -101,11 +101,11 @@ TEST(History, file_has_a_header_and_a_row_per_call) {
   const FakeSolver solver;
   History history(folder.path() / "history.csv", solver);
   Snapshot now(problem, solver);
-  history.write(now);
+  history.write(history_row(now));
   now.time = 0.25;
   now.step = 7;
   now.dt = 0.125;
-  history.write(now);
+  history.write(history_row(now));
   const auto text = lines(read_text(folder.path() / "history.csv"));
   ASSERT_EQ(text.size(), 3u);
   EXPECT_TRUE(text[0].starts_with("time,step,dt,particle_count,mass,momentum_x,momentum_y,"));
@@ -148,12 +148,12 @@ TEST(Probe, follows_its_particle_by_id_until_it_is_removed) {
   const Case problem;
   FakeSolver solver;
   Probe probe(folder.path() / "probe.csv", {0, 4}, 2);
-  probe.write({problem, solver});
+  probe.write(probe.row({problem, solver}));
   solver.remove(0, 1);  // now the particle stands in another row
   solver.time = 2;
-  probe.write({problem, solver});
+  probe.write(probe.row({problem, solver}));
   solver.remove(0, 4);
-  probe.write({problem, solver});
+  probe.write(probe.row({problem, solver}));
   EXPECT_THAT(lines(read_text(folder.path() / "probe.csv")),
               ElementsAre("time,position_x,position_y,velocity_x,velocity_y,stress_xx,stress_yy,stress_zz,stress_xy",
                           "0,0.4,0,1,0.5,4.1,4.2,4.3,4.4", "0,2.4,1,1,0.5,4.1,4.2,4.3,4.4", "0,nan,nan,nan,nan,nan,nan,nan,nan"));
@@ -164,7 +164,7 @@ TEST(Probe, three_dimensions_have_six_stress_components) {
   const Case problem;
   const FakeSolver solver(3);
   Probe probe(folder.path() / "probe.csv", {1, 2}, 3);
-  probe.write({problem, solver});
+  probe.write(probe.row({problem, solver}));
   const auto text = lines(read_text(folder.path() / "probe.csv"));
   ASSERT_EQ(text.size(), 2u);
   EXPECT_THAT(text[0], HasSubstr("velocity_z,stress_xx,stress_yy,stress_zz,stress_xy,stress_yz,stress_xz"));

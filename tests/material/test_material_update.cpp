@@ -72,6 +72,7 @@ struct Points {
     SlotLayout<Dim> layout;
     layout.volume = layout.F + Dim * Dim;
     layout.history = layout.volume + 1;
+    layout.u = keeps_shape ? 0 : -1;  // the kernel only asks whether there is one
     layout.field_count = layout.history + static_cast<int>(history.size());
     struct alignas(64) Line {
       Real lane[lanes];
@@ -138,6 +139,7 @@ struct Points {
 
   int dim;
   Index count;
+  bool keeps_shape = true;  ///< As a total Lagrangian body does also of a fluid.
   std::vector<std::vector<Real>> F, L, tau, history;
   std::vector<Real> volume0;
 };
@@ -175,6 +177,43 @@ TYPED_TEST(MaterialUpdateTest, block_gets_new_F_stress_and_dissipation_of_each_p
     }
     EXPECT_EQ(block.first_inverted, -1);
     EXPECT_NEAR(block.dissipated, dissipated, 100 * k_epsilon * dissipated);
+  }
+}
+
+TEST(MaterialUpdate, fluid_carries_its_volume_alone_and_forgets_its_shape) {
+  for (const int dim : {2, 3}) {
+    const NewtonianFluid water = sample_law<NewtonianFluid>(0);
+    Points points(dim, 37, 0, 10);
+    points.keeps_shape = false;
+    for (std::size_t p = 0; p < 37; ++p) {
+      for (int r = 0; r < dim; ++r) {
+        for (int c = 0; c < dim; ++c) points.F[points.index(r, c)][p] = r == c ? 1 + 0.01 * static_cast<Real>(p % 5) : 0;
+      }
+    }
+    const Points before = points;
+    const Real dt = 0.01;
+    const int steps = 1000;  // in which I + dt L would shear F by e^100
+    for (int step = 0; step < steps; ++step) {
+      points.update(water, dt);
+      if (step == 0) {
+        for (std::size_t p = 0; p < 37; ++p) {
+          const Eigen::Matrix3d L = points.tensor(points.L, p, 0);
+          const Real stretch = std::exp(dt * L.trace() / dim);
+          Eigen::Matrix3d F = before.tensor(before.F, p, 1);
+          F.topLeftCorner(dim, dim) *= stretch;
+          EXPECT_LT((points.tensor(points.F, p, 1) - F).norm(), 20 * k_epsilon * F.norm());
+          const Eigen::Matrix3d tau = stress(water, F, L);
+          EXPECT_LT((points.stress_of(p) - tau).norm(), 200 * k_epsilon * (tau.norm() + 3 * stiffness(water)));
+        }
+      }
+      for (auto& component : points.L) {
+        for (Real& value : component) value = -value;  // there and back again
+      }
+    }
+    for (std::size_t p = 0; p < 37; ++p) {
+      const Real J = points.tensor(points.F, p, 1).determinant();
+      EXPECT_NEAR(J, before.tensor(before.F, p, 1).determinant(), 2 * steps * k_epsilon * J);
+    }
   }
 }
 

@@ -126,6 +126,7 @@ inline Case make_case(int dim, const Vec3& lower, const Vec3& upper, const std::
   problem.grid.upper = upper;
   problem.grid.cells = cells;
   problem.time.end = 1;
+  problem.solver.shape = ShapeKind::linear;
   return problem;
 }
 

@@ -1,0 +1,166 @@
+#include "run/health.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "core/error.hpp"
+#include "io/history.hpp"
+
+namespace matpoint {
+namespace {
+
+// As shares of the greatest energy that moved in the run: other codes of explicit dynamics warn at gains of 1 to 2 % (LS-DYNA, Radioss,
+// Abaqus); a scheme of first order may lose ten times as much, and says so.
+constexpr Real k_gain = 0.01;
+constexpr Real k_loss = 0.1;
+/// Of the impulse of gravity or of the momentum at the start.
+constexpr Real k_cutoff = 1e-4;
+/// A weakly compressible fluid is meant to keep its volume to 1 % (c0 = 10 times its speed, Monaghan 1994).
+constexpr Real k_fluid_volume = 0.02;
+/// Beyond these a law means little, and one more step may turn the material inside out.
+constexpr Real k_J_low = 0.1;
+constexpr Real k_J_high = 10;
+/// Share of the particles, per thousand steps.
+constexpr Real k_returned = 0.01;
+
+Real volume_of(const Solver& solver, std::size_t body) {
+  const std::vector<Real> volumes = solver.field(body, "volume").values;
+  return std::accumulate(volumes.begin(), volumes.end(), Real{0});
+}
+
+Real percent(Real share) { return 100 * share; }
+
+}  // namespace
+
+Health::Health(const Snapshot& start) : is_explicit_(!start.problem.is_implicit()) {
+  const std::vector<HistoryColumn> columns = history_columns(start.solver);
+  const auto range = [&](const std::string& name) {
+    const auto found = std::find_if(columns.begin(), columns.end(), [&](const HistoryColumn& column) { return column.name == name; });
+    Range one;
+    one.column = static_cast<std::size_t>(found - columns.begin());
+    return one;
+  };
+  kinetic_ = range("kinetic_energy");
+  strain_ = range("strain_energy");
+  gravitational_ = range("gravitational_energy");
+  transfer_loss_ = range("transfer_loss");
+  for (std::size_t b = 0; b < start.solver.body_count(); ++b) {
+    J_min_.push_back(range(start.solver.body_name(b) + ".J_min"));
+    J_max_.push_back(range(start.solver.body_name(b) + ".J_max"));
+    volume_.push_back(volume_of(start.solver, b));
+    particles_ += start.solver.particle_count(b);
+    const BodyTotals totals = start.solver.totals(b);
+    momentum_scale_.push_back(std::sqrt(2 * totals.kinetic_energy * totals.mass));
+  }
+}
+
+void Health::look(const std::vector<Real>& row) {
+  const auto take = [&](Range& range) {
+    range.lowest = std::min(range.lowest, row[range.column]);
+    range.highest = std::max(range.highest, row[range.column]);
+  };
+  for (Range* range : {&kinetic_, &strain_, &gravitational_, &transfer_loss_}) take(*range);
+  for (Range& range : J_min_) take(range);
+  for (Range& range : J_max_) take(range);
+}
+
+std::vector<HealthLine> Health::lines(const Snapshot& now) const {
+  std::vector<HealthLine> lines;
+  if (is_explicit_) {
+    add_energy(now, lines);
+    add_momentum(now, lines);
+  }
+  add_bodies(now, lines);
+  add_particles(now, lines);
+  return lines;
+}
+
+void Health::add_energy(const Snapshot& now, std::vector<HealthLine>& lines) const {
+  const SystemTotals totals = system_totals(now);
+  const Real moved = std::max({kinetic_.highest, strain_.highest, gravitational_.highest - gravitational_.lowest});
+  if (!(moved > 0)) return;
+  const Real loss = totals.transfer_loss / moved;
+  const Real gain = std::max(-transfer_loss_.lowest, Real{0}) / moved;
+  HealthLine line{"energy", "", true, ""};
+  const bool has_energy = std::all_of(now.problem.bodies.begin(), now.problem.bodies.end(),
+                                      [](const BodySpec& body) { return body.material->law_index() >= 0; });
+  if (!has_energy) {
+    line.text = "not balanced: the law given as a function does not say what it stores";
+    lines.push_back(line);
+    return;
+  }
+  if (!now.problem.grid.periodic.empty()) {
+    line.text = "not balanced: what goes round periodic sides has no potential of gravity";
+    lines.push_back(line);
+    return;
+  }
+  line.text = fmt::format("the transfers {} {:.3g} J, {:.2g} % of the {:.3g} J that moved", loss >= 0 ? "took" : "gave",
+                          std::abs(totals.transfer_loss), percent(std::abs(loss)), moved);
+  if (gain > k_gain) {
+    line.is_good = false;
+    line.text += fmt::format("; at its worst the run had {:.2g} % more than its books", percent(gain));
+    line.remedy = now.problem.solver.shape == ShapeKind::linear
+                      ? "energy was made: take solver.shape = \"bspline2\", or more particles in a cell"
+                      : "energy was made: take solver.flip = 0.99, a smaller time.cfl, or more particles in a cell";
+  } else if (loss > k_loss) {
+    line.is_good = false;
+    line.remedy = now.problem.solver.transfer == Transfer::flip
+                      ? "the motion is damped by what the grid cannot resolve: take smaller cells"
+                      : "the transfer damps the motion: take solver.transfer = \"flip\", or smaller cells";
+  }
+  lines.push_back(line);
+}
+
+void Health::add_momentum(const Snapshot& now, std::vector<HealthLine>& lines) const {
+  const Ledger& ledger = now.solver.ledger();
+  const auto size = [](const Vec3& v) { return std::sqrt(dot(v, v)); };
+  const Real scale = std::max(std::accumulate(momentum_scale_.begin(), momentum_scale_.end(), Real{0}), size(ledger.gravity_impulse));
+  if (!(scale > 0)) return;
+  const Real lost = size(ledger.cutoff_impulse) / scale;
+  HealthLine line{"momentum", fmt::format("nodes under the mass cutoff kept {:.2g} % of it", percent(lost)), lost <= k_cutoff, ""};
+  if (!line.is_good) line.remedy = "leave out solver.mass_cutoff and mass_cutoff_relative";
+  lines.push_back(line);
+}
+
+void Health::add_bodies(const Snapshot& now, std::vector<HealthLine>& lines) const {
+  for (std::size_t b = 0; b < volume_.size(); ++b) {
+    const std::string& name = now.solver.body_name(b);
+    if (now.solver.particle_count(b) == 0) continue;
+    const Real change = volume_of(now.solver, b) / volume_[b] - 1;
+    const BodySpec& spec = now.problem.bodies[b];
+    HealthLine line{"body " + name,
+                    fmt::format("J from {:.3g} to {:.3g}, volume {:+.2g} %", J_min_[b].lowest, J_max_[b].highest, percent(change)), true,
+                    ""};
+    if (spec.material->is_fluid() && std::abs(change) > k_fluid_volume && now.solver.ledger().removed_count == 0) {
+      line.is_good = false;
+      line.remedy =
+          "a fluid keeps its volume: take a pressure_scale with c0 = sqrt(gamma pressure_scale / density) ten times its speed, or "
+          "tension = 0 for one that splashes";
+    } else if (J_min_[b].lowest < k_J_low || J_max_[b].highest > k_J_high) {
+      line.is_good = false;
+      line.remedy = "the material was all but turned inside out or torn: take a stiffer law, smaller cells, or more particles in a cell";
+    }
+    lines.push_back(line);
+  }
+}
+
+void Health::add_particles(const Snapshot& now, std::vector<HealthLine>& lines) const {
+  const Ledger& ledger = now.solver.ledger();
+  HealthLine line{"particles",
+                  fmt::format("{} of {} removed, {} put back at closed sides", ledger.removed_count, particles_, ledger.returned_count),
+                  true, ""};
+  const Real thousands = std::max(Real{1}, static_cast<Real>(now.step) / 1000);
+  if (static_cast<Real>(ledger.returned_count) > k_returned * static_cast<Real>(particles_) * thousands) {
+    line.is_good = false;
+    line.remedy =
+        "particles are pressed through the walls: take more of them in a cell, solver.shape = \"bspline2\", or a smaller time.cfl";
+  }
+  if (ledger.removed_count > 0) {
+    line.is_good = false;
+    line.remedy = "particles left the grid: enlarge it or close its sides";
+  }
+  lines.push_back(line);
+}
+
+}  // namespace matpoint

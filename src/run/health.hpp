@@ -1,0 +1,41 @@
+// What a run says about itself at its end: whether its books of energy and momentum close, what left them, how far its bodies have been
+// deformed, which particles were lost. Bounds and why they are what they are: docs/theory.md, "The health of a run".
+#pragma once
+
+#include <limits>
+
+#include "io/snapshot.hpp"
+
+namespace matpoint {
+
+class Health {
+ public:
+  /// Of a simulation before its first step.
+  explicit Health(const Snapshot& start);
+  /// Takes the extremes of a row of the history (history_row).
+  void look(const std::vector<Real>& row);
+  /// All lines, of the present state and what was seen on the way.
+  std::vector<HealthLine> lines(const Snapshot& now) const;
+
+ private:
+  /// The extremes of one column.
+  struct Range {
+    std::size_t column = 0;
+    Real lowest = std::numeric_limits<Real>::infinity();
+    Real highest = -std::numeric_limits<Real>::infinity();
+  };
+  void add_energy(const Snapshot& now, std::vector<HealthLine>& lines) const;
+  void add_momentum(const Snapshot& now, std::vector<HealthLine>& lines) const;
+  void add_bodies(const Snapshot& now, std::vector<HealthLine>& lines) const;
+  void add_particles(const Snapshot& now, std::vector<HealthLine>& lines) const;
+
+  bool is_explicit_;
+  Range kinetic_, strain_, gravitational_, transfer_loss_;
+  std::vector<Range> J_min_;  ///< Per body.
+  std::vector<Range> J_max_;
+  std::vector<Real> volume_;  ///< Of each body at the start [m^dim].
+  Index particles_ = 0;
+  std::vector<Real> momentum_scale_;  ///< Sum of m |v| of the bodies at the start [N s].
+};
+
+}  // namespace matpoint
