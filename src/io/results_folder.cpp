@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <chrono>
+#include <limits>
 #include <set>
 
 namespace matpoint {
@@ -101,6 +102,20 @@ void check_fields(const Case& problem, const Solver& solver) {
     if (has(known, name)) continue;
     throw InputError("output: fields: \"{}\" is unknown, allowed: {}{}", printable(name), list_names(known), did_you_mean(name, known));
   }
+}
+
+/// Whether single precision would round positions by a good part of the distance of two particles: a grid in map coordinates.
+bool is_far_away(const Solver& solver) {
+  constexpr Real k_single = 6e-8;  // half a unit in the last place
+  constexpr Real k_share = 2e-4;   // of a cell
+  const GridGeometry& grid = solver.grid();
+  Real farthest = 0, shortest = std::numeric_limits<Real>::infinity();
+  for (std::size_t d = 0; d < static_cast<std::size_t>(solver.dim()); ++d) {
+    const Real upper = grid.lower[d] + grid.cell_size[d] * (grid.nodes[d] - 1);
+    farthest = std::max({farthest, std::abs(grid.lower[d]), std::abs(upper)});
+    shortest = std::min(shortest, grid.cell_size[d]);
+  }
+  return farthest * k_single > k_share * shortest;
 }
 
 }  // namespace
@@ -232,7 +247,7 @@ void ResultsFolder::make_folder() const {
 
 void ResultsFolder::make_writers(const Snapshot& start, const std::vector<ProbeTarget>& targets) {
   const OutputSpec& output = start.problem.output;
-  const Number real = output.precision == "double" ? Number::float64 : Number::float32;
+  const Number real = output.precision == "double" || is_far_away(start.solver) ? Number::float64 : Number::float32;
   const bool has_hdf = has(output.formats, "vtkhdf");
   const bool has_vtu = has(output.formats, "vtu");
   const int dim = start.solver.dim();

@@ -254,5 +254,16 @@ TEST_F(ResultsFolderTest, unknown_field_is_an_input_error_with_the_nearest_name)
   EXPECT_FALSE(fs::exists(path));
 }
 
+TEST_F(ResultsFolderTest, positions_of_a_grid_in_map_coordinates_keep_their_digits) {
+  const auto real_size = [&](Real away) {
+    solver.geometry.lower = {away, 2, 0};
+    run(fs::exists(path) ? ExistingFolder::overwrite : ExistingFolder::refuse);
+    return fs::file_size(path / "left.vtkhdf");
+  };
+  const auto near = real_size(-1);
+  EXPECT_EQ(real_size(100), near);
+  EXPECT_GT(real_size(4.6e6), near) << "in double precision";
+}
+
 }  // namespace
 }  // namespace matpoint
