@@ -1,43 +1,49 @@
 #include "run/risks.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <map>
 
 #include "core/error.hpp"
 
 namespace matpoint {
 namespace {
 
-using Cell = std::array<Index, 3>;
-
-/// Per cell of the grid, for each body.
-using CellMap = std::map<Cell, std::vector<Real>>;
-
-/// The volume [m^dim] that the particles of each body have in the cells, and how many they are there.
-struct Filling {
-  CellMap volume;
-  CellMap count;
+/// What a body has in a cell of the grid.
+struct CellShare {
+  Index cell = 0;
+  Real volume = 0;  ///< [m^dim]
+  Index count = 0;  ///< Particles.
 };
 
-Filling filling_of(const Solver& solver) {
-  Filling filling;
+/// The cells that a body fills, ascending.
+std::vector<CellShare> shares_of(const Solver& solver, std::size_t body) {
   const auto dim = static_cast<std::size_t>(solver.dim());
   const GridGeometry& grid = solver.grid();
-  for (std::size_t b = 0; b < solver.body_count(); ++b) {
-    const std::vector<Real> x = solver.field(b, "position").values;
-    const std::vector<Real> volume = solver.field(b, "volume").values;
+  std::vector<CellShare> shares;
+  {
+    const std::vector<Real> volume = solver.field(body, "volume").values;
+    const std::vector<Real> x = solver.field(body, "position").values;
+    shares.reserve(volume.size());
     for (std::size_t p = 0; p < volume.size(); ++p) {
-      Cell cell{};
-      for (std::size_t d = 0; d < dim; ++d) cell[d] = static_cast<Index>(std::floor((x[p * dim + d] - grid.lower[d]) / grid.cell_size[d]));
-      for (const auto& [map, value] : {std::pair(&filling.volume, volume[p]), std::pair(&filling.count, Real{1})}) {
-        std::vector<Real>& of_bodies = (*map)[cell];
-        of_bodies.resize(solver.body_count());
-        of_bodies[b] += value;
+      Index cell = 0;
+      for (std::size_t d = dim; d-- > 0;) {
+        const Real place = (x[p * dim + d] - grid.lower[d]) / grid.cell_size[d];
+        cell = cell * (grid.nodes[d] + 1) + static_cast<Index>(std::max(place, Real{0}));
       }
+      shares.push_back({cell, volume[p], 1});
     }
   }
-  return filling;
+  std::sort(shares.begin(), shares.end(), [](const CellShare& a, const CellShare& b) { return a.cell < b.cell; });
+  std::size_t kept = 0;
+  for (std::size_t i = 1; i < shares.size(); ++i) {
+    if (shares[i].cell == shares[kept].cell) {
+      shares[kept].volume += shares[i].volume;
+      ++shares[kept].count;
+    } else {
+      shares[++kept] = shares[i];
+    }
+  }
+  if (!shares.empty()) shares.resize(kept + 1);
+  return shares;
 }
 
 Real cell_volume(const Solver& solver) {
@@ -47,20 +53,25 @@ Real cell_volume(const Solver& solver) {
 }
 
 /// Two bodies in one place. Bodies that only touch share cells that are full; a layout may overfill those by a little.
-void find_overlaps(const Solver& solver, const Filling& filling, std::vector<std::string>& risks) {
+void find_overlaps(const Solver& solver, const std::vector<std::vector<CellShare>>& shares, std::vector<std::string>& risks) {
   constexpr Real k_overfull = 1.25;  // of a cell
   constexpr Real k_share = 0.01;     // of the smaller body's volume
-  const std::size_t bodies = solver.body_count();
   const Real cell = cell_volume(solver);
-  for (std::size_t a = 0; a < bodies; ++a) {
-    for (std::size_t b = a + 1; b < bodies; ++b) {
-      Real in_both = 0, all_a = 0, all_b = 0;
-      for (const auto& [place, volume] : filling.volume) {
-        all_a += volume[a];
-        all_b += volume[b];
-        if (volume[a] > 0 && volume[b] > 0 && volume[a] + volume[b] > k_overfull * cell) in_both += volume[a] + volume[b] - cell;
+  const auto sum = [](const std::vector<CellShare>& all) {
+    Real volume = 0;
+    for (const CellShare& one : all) volume += one.volume;
+    return volume;
+  };
+  for (std::size_t a = 0; a < shares.size(); ++a) {
+    for (std::size_t b = a + 1; b < shares.size(); ++b) {
+      Real in_both = 0;
+      auto other = shares[b].begin();
+      for (const CellShare& one : shares[a]) {
+        while (other != shares[b].end() && other->cell < one.cell) ++other;
+        if (other == shares[b].end()) break;
+        if (other->cell == one.cell && one.volume + other->volume > k_overfull * cell) in_both += one.volume + other->volume - cell;
       }
-      if (in_both <= k_share * std::min(all_a, all_b)) continue;
+      if (in_both <= k_share * std::min(sum(shares[a]), sum(shares[b]))) continue;
       risks.push_back(
           fmt::format("bodies \"{}\" and \"{}\" overlap at the start: {:.2g} {} are filled by both; the same place cannot hold two bodies, "
                       "move one or cut its region with \"difference\"",
@@ -70,16 +81,14 @@ void find_overlaps(const Solver& solver, const Filling& filling, std::vector<std
 }
 
 /// Linear shapes with one particle in most cells: gaps open between particles, and stresses jump when one changes its cell.
-void find_sparse_bodies(const Case& problem, const Solver& solver, const Filling& filling, std::vector<std::string>& risks) {
+void find_sparse_bodies(const Case& problem, const Solver& solver, const std::vector<std::vector<CellShare>>& shares,
+                        std::vector<std::string>& risks) {
   constexpr Real k_sparse = 1.5;  // particles per cell
   if (problem.solver.shape != ShapeKind::linear) return;
   for (std::size_t b = 0; b < solver.body_count(); ++b) {
     if (problem.bodies[b].formulation == Formulation::total) continue;
-    Real particles = 0, cells = 0;
-    for (const auto& [place, count] : filling.count) {
-      particles += count[b];
-      cells += count[b] > 0 ? 1 : 0;
-    }
+    const auto particles = static_cast<Real>(solver.particle_count(b));
+    const auto cells = static_cast<Real>(shares[b].size());
     constexpr Real k_few = 4;  // a single particle, or a handful, is no continuum
     if (particles <= k_few || particles >= k_sparse * cells) continue;
     risks.push_back(fmt::format(
@@ -122,9 +131,10 @@ void find_unsafe_schemes(const Case& problem, const Solver& solver, std::vector<
 std::vector<std::string> risks_of(const Case& problem, const Solver& solver) {
   std::vector<std::string> risks;
   if (problem.is_implicit()) return risks;
-  const Filling filling = filling_of(solver);
-  find_overlaps(solver, filling, risks);
-  find_sparse_bodies(problem, solver, filling, risks);
+  std::vector<std::vector<CellShare>> shares;
+  for (std::size_t b = 0; b < solver.body_count(); ++b) shares.push_back(shares_of(solver, b));
+  find_overlaps(solver, shares, risks);
+  find_sparse_bodies(problem, solver, shares, risks);
   find_unsafe_schemes(problem, solver, risks);
   return risks;
 }
