@@ -41,6 +41,25 @@ struct MovingPoint {
   Vec<Dim> v{};  ///< [m/s]
 };
 
+/// The passes of the correction of fluids over the particles (explicit/fluid_correction.cpp). Each reads what the one before has summed at
+/// the nodes.
+enum class CorrectionPass {
+  spread,    ///< Volume into force[0]; of fluids, mass and momentum.
+  residual,  ///< What a fluid's velocity has beyond `velocity`, into momentum.
+  apply,     ///< Velocities lose a share of what is beyond `velocity` and `second`; positions move down the slope of moved_mass.
+};
+template <int Dim>
+struct Correction {
+  Real share = 0;    ///< Of the velocity that the grid does not see [1].
+  Vec<Dim> shift{};  ///< Over the slope of the overfill [m^2].
+  Vec3 gravity{};    ///< [m/s^2]
+};
+/// What a pass took from the kinetic energy, and the work of moving particles against gravity [J].
+struct CorrectionBooks {
+  Real dissipation = 0;
+  Real work = 0;
+};
+
 template <int Dim>
 class Body {
  public:
@@ -76,6 +95,14 @@ class Body {
   virtual void remove_escaped(const Vec3& gravity, Ledger& ledger) = 0;
   /// Puts those back that have left through closed sides only, just inside and without a velocity through the side, and books it.
   virtual void return_escaped(const std::vector<ClosedSide>& sides, const Vec3& gravity, Ledger& ledger) = 0;
+
+  /// Whether it flows, and so may be corrected; and whether its particles are where its material is.
+  virtual bool is_fluid() const = 0;
+  virtual bool fills_space() const = 0;
+  /// To be called when the nodes hold nothing that is still needed.
+  virtual CorrectionBooks correct(CorrectionPass pass, const Correction<Dim>& correction) = 0;
+  /// Integral over the grid of the functions of the nodes along a direction [m].
+  virtual std::vector<Real> node_lengths(int d) const = 0;
 
   /// Of the particles around each node: for contact.
   virtual std::vector<NodeSurface<Dim>> surfaces(const TileNodes<Dim>& nodes) const = 0;

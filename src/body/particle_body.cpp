@@ -176,6 +176,10 @@ SweepContext<Dim, R> ParticleBody<Dim, R>::make_context(Real dt, Real flip) cons
   context.flip = static_cast<R>(flip);
   context.has_fbar = has_fbar_;
   context.is_affine_full = scheme_.transfer == Transfer::tpic;
+  context.has_spin = spin_.is_used;
+  for (int d = 0; d < Dim; ++d) {
+    for (int c = 0; c < Dim; ++c) context.spin[d][c] = static_cast<R>(spin_.velocity_gradient[d][c]);
+  }
   for (int d = 0; d < Dim; ++d) {
     context.inverse_cell_size[d] = static_cast<R>(1 / grid_.cell_size(d));
     context.cells[d] = grid_.cells(d);
@@ -195,11 +199,12 @@ SweepVariant ParticleBody<Dim, R>::variant() const {
   if (scheme_.shape == ShapeKind::gimp) return SweepVariant::gimp;
   if (scheme_.shape == ShapeKind::cpdi) return SweepVariant::cpdi;
   if (scheme_.shape == ShapeKind::bspline2) return SweepVariant::bspline2;
-  return at.C >= 0 || at.u >= 0 || at.b >= 0 ? SweepVariant::linear : SweepVariant::linear_plain;
+  return at.C >= 0 || at.u >= 0 || at.b >= 0 || spin_.is_used ? SweepVariant::linear : SweepVariant::linear_plain;
 }
 
 template <int Dim, class R>
 void ParticleBody<Dim, R>::sweep(Sweep what, Real dt, Real flip) {
+  if (scheme_.is_co_rotating && (updates_velocity(what) || what == Sweep::start || what == Sweep::start_momentum)) measure_spin();
   const Context context = make_context(dt, flip);
   for_each_band([&](std::size_t b) {
     reports_[b].context = context;
@@ -408,8 +413,9 @@ void ParticleBody<Dim, R>::map_arrival_with(Sweep what, const Block<Dim, R>& blo
       nodes.mass[node] += N[i] * m;
       for (int d = 0; d < Dim; ++d) {
         R v = fields[at.v + d];
-        for (int c = 0; at.C >= 0 && c < Dim; ++c)
-          v += fields[at.C + d * Dim + c] * (shapes[c].place(index[c]) - weights.centre(c)) * static_cast<R>(grid_.cell_size(c));
+        for (int c = 0; (at.C >= 0 || spin_.is_used) && c < Dim; ++c)
+          v += (at.C >= 0 ? fields[at.C + d * Dim + c] : static_cast<R>(spin_.velocity_gradient[d][c])) *
+               (shapes[c].place(index[c]) - weights.centre(c)) * static_cast<R>(grid_.cell_size(c));
         nodes.momentum[d][node] += N[i] * m * v;
       }
       if (what == Sweep::usf_velocity) continue;

@@ -18,6 +18,7 @@ struct ParticleScheme {
   ShapeKind shape = ShapeKind::linear;
   Transfer transfer = Transfer::flip;
   bool has_body_force = false;  ///< Particles carry a body force.
+  bool is_co_rotating = false;  ///< Velocities are mapped in the frame that turns with the body.
 };
 
 template <int Dim, class R>
@@ -41,6 +42,10 @@ class ParticleBody final : public Body<Dim> {
   void return_escaped(const std::vector<ClosedSide>& sides, const Vec3& gravity, Ledger& ledger) override;
   std::vector<NodeSurface<Dim>> surfaces(const TileNodes<Dim>& nodes) const override;
   void measure_gaps(const TileNodes<Dim>& nodes, int axis, bool is_upper, std::vector<Real>& gaps) const override;
+  bool is_fluid() const override { return material_->is_fluid() && blocks_->layout().u < 0; }
+  bool fills_space() const override { return blocks_->layout().u < 0; }
+  CorrectionBooks correct(CorrectionPass pass, const Correction<Dim>& correction) override;
+  std::vector<Real> node_lengths(int d) const override;
   Real stable_dt() const override;
   Real greatest_speed() const override;
   Real mass() const override { return mass_; }
@@ -86,7 +91,19 @@ class ParticleBody final : public Body<Dim> {
     int lane = 0;
   };
 
+  /// The rigid turn that has the body's angular momentum.
+  struct Spin {
+    bool is_used = false;
+    Real velocity_gradient[Dim][Dim] = {};  ///< [1/s]
+    Vec3 center{};                          ///< Where sums are taken about: the centre of mass, a step ago [m].
+  };
+
   void seed(const BodySpec& spec, Grid<Dim, R>& grid);
+  void measure_spin();
+  template <class Shape>
+  CorrectionBooks correct_with(CorrectionPass pass, const Correction<Dim>& correction);
+  template <class Shape>
+  std::vector<Real> node_lengths_with(int d) const;
   Context make_context(Real dt, Real flip) const;
   void sweep_band(Sweep what, std::size_t band_index, BandReport& report);
   /// Particles that wait, within their band, until the sweep has passed the block that they go to.
@@ -183,6 +200,7 @@ class ParticleBody final : public Body<Dim> {
   bool has_fbar_ = false;
   Real reach_ = 0;  ///< Half of a particle's domain at rest, in cell sides, for GIMP and CPDI: one for the body.
   Real mass_ = 0;
+  Spin spin_;
   int sweeps_since_prune_ = 0;
   mutable std::vector<Seat> seats_;  ///< By id; made when first asked for.
 

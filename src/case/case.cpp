@@ -220,7 +220,7 @@ Case Case::from_input(const Input& input, const std::string& name) {
   }
   context.dim = problem.dim;
   parameters_of<Case>().read(input, context, problem);
-  choose_shape(problem, input);
+  choose_scheme(problem, input);
   check_together(problem);
   check_gravity_table(problem, input);
   check_for_solver(problem, input);

@@ -25,6 +25,9 @@ void refuse_keys_of_other(const Input& input, const ReadContext& context, const 
 /// The given section, for the place of a message.
 const Input& section_of(const Input& input, const std::string& name) { return at_key(input, name); }
 
+/// Whether overfilled places have a slope that particles can follow.
+bool is_smooth(ShapeKind shape) { return shape == ShapeKind::bspline2 || shape == ShapeKind::bspline3 || shape == ShapeKind::gimp; }
+
 /// What the shape functions and the formulation cannot do.
 void check_shape(const Case& problem, const Input& input) {
   if (problem.solver.shape == ShapeKind::cpdi) {
@@ -49,6 +52,16 @@ void check_shape(const Case& problem, const Input& input) {
               "precision = \"single\" cannot be used with shape = \"linear\" and this transfer: rounding of the force on a node with "
               "next to "
               "no mass strains what flies freely; take shape = \"bspline2\", or precision = \"double\"");
+  }
+  const bool has_affine = transfer == Transfer::apic || transfer == Transfer::tpic;
+  if (problem.solver.co_rotating.value_or(false) && has_affine) {
+    fail_case(at_key(section_of(input, "solver"), "co_rotating"), "solver",
+              "co_rotating = true cannot be used with transfer = \"apic\" or \"tpic\", whose particles turn by themselves");
+  }
+  if (problem.solver.fluid_correction.value_or(false) && !is_smooth(problem.solver.shape)) {
+    fail_case(at_key(section_of(input, "solver"), "fluid_correction"), "solver",
+              "fluid_correction = true is for shape = \"bspline2\", \"bspline3\" or \"gimp\": the others have no smooth slope to move "
+              "particles along");
   }
   if (problem.solver.shape != ShapeKind::linear) {
     const Input& grid = section_of(input, "grid");
@@ -255,11 +268,22 @@ void declare_solver(ParameterTable<Case>& table) {
       });
 }
 
-void choose_shape(Case& problem, const Input& input) {
-  const Input& solver = section_of(input, "solver");
-  if (problem.is_implicit() || is_given(solver, "shape") || is_given(solver, "quality")) return;
-  const bool needs_linear = !problem.grid.periodic.empty() || problem.output.grid || problem.solver.contact == ContactMethod::multi_field;
-  if (needs_linear) problem.solver.shape = ShapeKind::linear;
+void choose_scheme(Case& problem, const Input& input) {
+  if (problem.is_implicit()) return;
+  const Input& given = section_of(input, "solver");
+  SolverSpec& solver = problem.solver;
+  const bool has_fluid = std::any_of(problem.bodies.begin(), problem.bodies.end(), [](const BodySpec& body) {
+    return body.material->is_fluid() && body.formulation == Formulation::updated;
+  });
+  if (!is_given(given, "shape") && !is_given(given, "quality")) {
+    const bool needs_linear = !problem.grid.periodic.empty() || problem.output.grid || solver.contact == ContactMethod::multi_field;
+    // Fluids need the smoothest pressures, solids functions that end where they are held (docs/choices.md has the measurements).
+    solver.shape = needs_linear ? ShapeKind::linear : has_fluid ? ShapeKind::bspline2 : ShapeKind::gimp;
+  }
+  // Linear shapes are the textbook's scheme, and stay that.
+  if (!solver.co_rotating)
+    solver.co_rotating = solver.shape != ShapeKind::linear && solver.transfer == Transfer::flip && solver.stress_order != StressOrder::usf;
+  if (!solver.fluid_correction) solver.fluid_correction = has_fluid && is_smooth(solver.shape);
 }
 
 void check_for_solver(const Case& problem, const Input& input) {

@@ -72,8 +72,8 @@ void SolverSpec::declare(ParameterTable<SolverSpec>& table) {
        {"gimp", ShapeKind::gimp},
        {"cpdi", ShapeKind::cpdi}},
       "Shape functions of the grid: linear, quadratic or cubic B-splines that are clamped at the sides, or linear averaged over the "
-      "particles' domains, which keep their shape (gimp: uGIMP) or deform with the particles (cpdi). Where none is given and the case has "
-      "periodic sides, output.grid or contact = \"multi_field\": linear.");
+      "particles' domains, which keep their shape (gimp: uGIMP) or deform with the particles (cpdi). Where none is given: linear with "
+      "periodic sides, output.grid or contact = \"multi_field\", else bspline2 where there is a fluid, else gimp.");
   table.choice(
       "transfer", &SolverSpec::transfer,
       {{"flip", Transfer::flip}, {"pic", Transfer::pic}, {"apic", Transfer::apic}, {"tpic", Transfer::tpic}, {"fmpm", Transfer::fmpm}},
@@ -90,6 +90,13 @@ void SolverSpec::declare(ParameterTable<SolverSpec>& table) {
         if (solver.transfer != Transfer::flip) return std::nullopt;
         return Input::real(solver.flip);
       });
+  table.optional(
+      "co_rotating", "1", &SolverSpec::co_rotating, any_number(),
+      "Whether velocities are mapped in the frame that turns with each body, so that what turns goes on turning. Where it is not "
+      "given: with transfer = \"flip\", but for linear shapes and stress_order = \"usf\".");
+  table.optional("fluid_correction", "1", &SolverSpec::fluid_correction, any_number(),
+                 "Whether the particles of fluids are moved apart where they are too dense, and freed (transfer = \"flip\", flip = 1) of "
+                 "motion that the grid does not see. Where it is not given: with B-splines and GIMP.");
   table.custom(
       {"fmpm_order", "1", "integer", "2", "1 <= value <= 20",
        "Of transfer = \"fmpm\": terms of the series for the inverse of the mass matrix; 1 is PIC.", false},

@@ -23,6 +23,10 @@ struct SolverSpec {
   Real friction = 0;           ///< Between bodies with velocity fields of their own [1].
   Real contact_stiffness = 1;  ///< Of contact = "pairs": over the modulus of the softer body [1].
   Real flip = 1;
+  /// Bodies are mapped in the frame that turns with them, and fluids kept evenly filled and free of what the grid does not see. Chosen by
+  /// choose_scheme where they are not given.
+  std::optional<bool> co_rotating;
+  std::optional<bool> fluid_correction;
   int fmpm_order = 2;  ///< Of transfer = "fmpm": terms of the series for the inverse of the mass matrix.
   Real damping = 0;
   Real mass_cutoff_relative = 0;

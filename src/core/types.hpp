@@ -26,6 +26,10 @@ Real dot(const std::array<Real, n>& a, const std::array<Real, n>& b) {
   return sum;
 }
 
+inline Vec3 cross(const Vec3& a, const Vec3& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
 /// A named field of a body or of the grid, copied out in the order of ids: values has shape (n, components), row by row.
 struct Field {
   std::string name;

@@ -39,8 +39,10 @@ ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
   }
   Real smallest_mass = std::numeric_limits<Real>::infinity();
   const bool has_particle_force = body_force_ && body_force_->is_of_particles;
-  const ParticleScheme scheme{problem.solver.shape, problem.solver.transfer, has_particle_force};
   for (const BodySpec& spec : problem.bodies) {
+    const bool is_rigid_turn =
+        problem.solver.co_rotating.value_or(false) && !spec.material->is_fluid() && spec.formulation == Formulation::updated;
+    const ParticleScheme scheme{problem.solver.shape, problem.solver.transfer, has_particle_force, is_rigid_turn};
     Grid<Dim, R>& grid = *grids_[std::min(bodies_.size(), grids_.size() - 1)];
     bodies_.push_back(std::make_unique<ParticleBody<Dim, R>>(spec, scheme, grid));
     smallest_mass = std::min(smallest_mass, bodies_.back()->smallest_particle_mass());
@@ -59,6 +61,10 @@ ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
     std::vector<Grid<Dim, R>*> grids;
     for (const auto& grid : grids_) grids.push_back(grid.get());
     contact_ = std::make_unique<Contact<Dim, R>>(std::move(grids), std::move(bodies), problem.solver.friction);
+  }
+  if (problem.solver.fluid_correction.value_or(false)) {
+    const bool has_filter = problem.solver.transfer == Transfer::flip && problem.solver.flip == 1;
+    correction_ = std::make_unique<FluidCorrection<Dim, R>>(has_filter, *grids_[0], boundary_conditions_, bodies_);
   }
   if (body_force_ && !has_particle_force) {
     constexpr Index k_nodes_max = 50'000'000;
@@ -204,6 +210,11 @@ void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
     Stage stage(profile_, "check");
     for (auto& body : bodies_) ledger_.viscous_dissipation += body->viscous_dissipation();
     check_state(t + dt);
+  }
+  if (correction_ && correction_->is_due(dt)) {
+    Stage stage(profile_, "correction");
+    correction_->apply(gravity_, ledger_);
+    is_mapped_ = false;
   }
   time_ = t + dt;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "body/body.hpp"
+#include "explicit/fluid_correction.hpp"
 #include "explicit/node_contact.hpp"
 #include "explicit/pair_contact.hpp"
 #include "grid/boundary_condition.hpp"
@@ -80,6 +81,7 @@ class ExplicitSolver final : public Solver {
   std::vector<std::unique_ptr<Body<Dim>>> bodies_;  // after the grids that they point to
   std::unique_ptr<Contact<Dim, R>> contact_;        ///< Of contact = "multi_field" only.
   std::unique_ptr<PairContact<Dim>> pairs_;         ///< Of contact = "pairs" only.
+  std::unique_ptr<FluidCorrection<Dim, R>> correction_;
   /// Whether the grid holds the particles' mass and momentum (and force): a cache between steps, the sweep that moves the particles
   /// has mapped them, too.
   bool is_mapped_ = false;

@@ -26,6 +26,9 @@ class BoundaryConditions {
   /// to all that hold for good.
   void append(const Grid<Dim, R>& grid, const Place<Dim>& node, int lane, Tile<Dim, R>& tile) const;
 
+  /// Whether a condition holds nodes in a region, and not those of a side.
+  bool is_of_region(int condition) const { return specs_[static_cast<std::size_t>(condition)].region != nullptr; }
+
   /// The velocity of each condition at time t [s].
   std::vector<Vec<Dim>> velocities(Real t) const;
 

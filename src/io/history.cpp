@@ -65,6 +65,8 @@ std::vector<Column<SystemTotals>> balance_columns(int dim) {
   columns.scalar("contact_energy", "J", [](const SystemTotals& t) { return t.ledger.contact_energy; });
   columns.scalar("boundary_work", "J", [](const SystemTotals& t) { return t.ledger.boundary_work; });
   columns.scalar("body_force_work", "J", [](const SystemTotals& t) { return t.ledger.body_force_work; });
+  columns.scalar("filter_dissipation", "J", [](const SystemTotals& t) { return t.ledger.filter_dissipation; });
+  columns.scalar("shift_work", "J", [](const SystemTotals& t) { return t.ledger.shift_work; });
   columns.scalar("transfer_loss", "J", [](const SystemTotals& t) { return t.transfer_loss; });
   columns.vector("boundary_impulse", "N s", [](const SystemTotals& t) { return t.ledger.boundary_impulse; });
   columns.vector("damping_impulse", "N s", [](const SystemTotals& t) { return t.ledger.damping_impulse; });

@@ -155,6 +155,8 @@ struct SweepContext {
   R reach[Dim] = {};            ///< Half of a particle's domain at rest, in cell sides, for GIMP and CPDI.
   bool has_fbar = false;        ///< Particles of a cell change their volume at one rate.
   bool is_affine_full = false;  ///< The affine part is the velocity gradient (TPIC), not APIC's least-squares slope.
+  bool has_spin = false;  ///< All particles of the body have one affine part: that of a rigid turn.
+  R spin[Dim][Dim] = {};  ///< [1/s]
   const void* law = nullptr;
   LawKernel<Dim, R> law_kernel = nullptr;
   // Sums and extremes; the caller starts them.

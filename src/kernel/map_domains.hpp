@@ -21,7 +21,7 @@ MPM_INLINE void map_row_of_domains(const SweepContext<Dim, R>& context, SweepChu
   constexpr int n = Domain::k_nodes;
   const SlotLayout<Dim>& at = context.layout;
   const int node[3] = {0, row % n, row / n};
-  const bool has_affine = S != Sweep::refine && at.C >= 0;
+  const bool has_affine = S != Sweep::refine && (at.C >= 0 || context.has_spin);
   P h[Dim], scale[Dim];
   for (int d = 0; d < Dim; ++d) {
     h[d] = P(1 / static_cast<double>(context.inverse_cell_size[d]));
@@ -49,11 +49,12 @@ MPM_INLINE void map_row_of_domains(const SweepContext<Dim, R>& context, SweepChu
       }
       for (int d = 0; Stages<S>::maps_momentum && d < Dim; ++d) {
         P v = P::load(S == Sweep::refine ? buffers.L_grad[k][d] + lane : slot + (at.v + d) * L);
-        const R* const C = has_affine ? slot + (at.C + d * Dim) * L : nullptr;
-        for (int c = 0; has_affine && c < Dim; ++c) v += P::load(C + c * L) * (ShapeConvected<P>::place(node[c]) - domain.centre(c)) * h[c];
+        const P slope = has_affine ? affine_of(context, slot, d, 0) : P(0);
+        for (int c = 0; has_affine && c < Dim; ++c)
+          v += affine_of(context, slot, d, c) * (ShapeConvected<P>::place(node[c]) - domain.centre(c)) * h[c];
         for (int i = 0; i < n; ++i) {
           momentum[d].at[i][part] += N_m[i] * v;
-          if (has_affine) v += P::load(C) * h[0];
+          if (has_affine) v += slope * h[0];
         }
       }
       for (int c = 0; Stages<S>::maps_force && c < Dim; ++c) {

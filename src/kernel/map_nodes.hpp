@@ -65,6 +65,13 @@ struct NodeSums {
   }
 };
 
+/// Component (d, c) of the affine part of the velocity, of bodies that have one: each particle its own, or all the same.
+template <int Dim, class R>
+MPM_INLINE Pack<R> affine_of(const SweepContext<Dim, R>& context, const R* slot, int d, int c) {
+  if (context.layout.C >= 0) return Pack<R>::load(slot + (context.layout.C + d * Dim + c) * k_lanes<R>);
+  return Pack<R>(static_cast<double>(context.spin[d][c]));
+}
+
 /// m_i += N_i m_p, p_i += N_i m_p (v_p + C_p (x_i - x_p)) for a row of nodes.
 template <Sweep S, SweepVariant V, int Dim, class R, int n>
 MPM_INLINE void map_row_momentum(const SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk, const ChunkBuffers<Dim, R>& buffers,
@@ -73,7 +80,7 @@ MPM_INLINE void map_row_momentum(const SweepContext<Dim, R>& context, SweepChunk
   constexpr int L = k_lanes<R>;
   const SlotLayout<Dim>& at = context.layout;
   const int node[3] = {0, row % n, row / n};
-  const bool has_affine = S != Sweep::refine && at.C >= 0;
+  const bool has_affine = S != Sweep::refine && (at.C >= 0 || context.has_spin);
   NodeSums<R, n> mass;
   NodeSums<R, n> momentum[Dim];
   for (int part = 0; part < NodeSums<R, n>::k_parts; ++part) {
@@ -111,10 +118,13 @@ MPM_INLINE void map_row_momentum(const SweepContext<Dim, R>& context, SweepChunk
       for (int d = 0; d < Dim; ++d) {
         P v = P::load(S == Sweep::refine ? buffers.L_grad[k][d] + lane : slot + (at.v + d) * L);
         if (has_affine) {
-          const R* const C = slot + (at.C + d * Dim) * L;
-          for (int c = 0; c < Dim; ++c) v += P::load(C + c * L) * away[c];
+          P C[Dim];
+          for (int c = 0; c < Dim; ++c) {
+            C[c] = affine_of(context, slot, d, c);
+            v += C[c] * away[c];
+          }
           p_sum[d][0] += N_m[0] * v;
-          for (int i = 1; i < n; ++i) p_sum[d][i] += N_m[i] * (v + P::load(C) * step[i]);
+          for (int i = 1; i < n; ++i) p_sum[d][i] += N_m[i] * (v + C[0] * step[i]);
         } else {
           for (int i = 0; i < n; ++i) p_sum[d][i] += N_m[i] * v;
         }

@@ -12,6 +12,8 @@ struct Ledger {
   Real contact_dissipation = 0;  ///< Taken by the impulses of contact between bodies, and by friction [J].
   Real contact_energy = 0;       ///< Stored now in the forces between pairs of particles [J].
   Real boundary_work = 0;        ///< Work done by moving boundaries on the particles [J].
+  Real filter_dissipation = 0;   ///< Taken from fluids: motion of their particles that the grid does not see [J].
+  Real shift_work = 0;           ///< Work of moving a fluid's particles apart against gravity [J].
   Vec3 boundary_impulse{};       ///< [N s]
   Vec3 damping_impulse{};        ///< [N s]
   Vec3 gravity_impulse{};        ///< [N s]
@@ -31,7 +33,7 @@ struct Ledger {
   /// What the bodies have lost of their energy by all of this, or keep between them [J].
   Real energy_spent() const {
     return damping_dissipation + viscous_dissipation + contact_dissipation + contact_energy - boundary_work - body_force_work +
-           removed_energy + soft_dissipation - receding_work + integrator_loss + reset_loss;
+           filter_dissipation - shift_work + removed_energy + soft_dissipation - receding_work + integrator_loss + reset_loss;
   }
 };
 

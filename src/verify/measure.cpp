@@ -11,8 +11,14 @@ Case case_from_text(const std::string& name, const std::string& text, const Sets
   const Input* const solver = input.find("solver");
   const auto has = [&](const char* key) { return solver != nullptr && solver->find(key) != nullptr; };
   const bool is_implicit = has("type") && solver->find("type")->text() == "\"implicit\"";
-  // Most of these problems are about linear shapes; those that name none were measured with them.
-  if (!is_implicit && !has("shape") && !has("quality")) apply_set(input, "solver.shape=linear");
+  // Most of these problems are about linear shapes; those that name none were measured with them. And all are about the schemes as they
+  // were published.
+  if (!is_implicit && !has("quality")) {
+    if (!has("shape")) apply_set(input, "solver.shape=linear");
+    for (const char* key : {"co_rotating", "fluid_correction"}) {
+      if (!has(key)) apply_set(input, fmt::format("solver.{}=false", key));
+    }
+  }
   return Case::from_input(input, name);
 }
 

@@ -39,7 +39,7 @@ def test_sections_are_attributes():
     case.solver.stress_order = "usf"
     case.grid.cells = (4, 4)
     assert case.resolved()["solver"]["stress_order"] == "usf"
-    assert case.build().grid.shape == (6, 6)
+    assert case.build().grid.shape == (7, 7)  # GIMP has a node beyond each side
     changed = case.copy()
     changed.grid.cells = (2, 2)
     changed.body[0].material.density = 1.0
@@ -48,7 +48,7 @@ def test_sections_are_attributes():
 
 def test_check_tells_what_a_run_would_be():
     report = block().check()
-    assert report.particles == {"block": 64} and report.nodes == 100
+    assert report.particles == {"block": 64} and report.nodes == 121
     assert (report.dt, report.steps) == (1e-3, 20)
     assert 10_000 < report.memory < 10_000_000
     assert any("blow up" in text for text in block(time=mp.Time(dt=1.0, end=2.0)).check().warnings)
@@ -65,16 +65,16 @@ def test_check_tells_what_a_run_would_be():
         ({"body_force": 3}, "body_force = 3 must be a function"),
         (
             {"boundary": mp.Boundary(region=mp.Where(lambda x: x[:, 0] > 5), kind="fixed")},
-            "boundary 1: region: .* chooses none of the 100 nodes",
+            "boundary 1: region: .* chooses none of the 121 nodes",
         ),
         (
             {"boundary": mp.Boundary(region=mp.Where(lambda x: x[:, 1] - 0.1), kind="fixed")},
             "gave float64 numbers; it must give truth values",
         ),
-        ({"boundary": mp.Boundary(region=mp.Where(lambda x: True), kind="fixed")}, r"predicate gave an array of shape \(\) for 100"),
+        ({"boundary": mp.Boundary(region=mp.Where(lambda x: True), kind="fixed")}, r"predicate gave an array of shape \(\) for 121"),
         ({"boundary": mp.Boundary(region=mp.Where(lambda x: x[:, 0] < 1), kind="slip")}, 'kind = "slip" needs a region with one surface'),
         ({"boundary": mp.Boundary(side="left", kind="velocity", velocity=lambda t: 1.0)}, "it must give 2 finite numbers"),
-        ({"body_force": lambda x: np.zeros((3, 2))}, r"gave the shape \(3, 2\) for positions of shape \(100, 2\)"),
+        ({"body_force": lambda x: np.zeros((3, 2))}, r"gave the shape \(3, 2\) for positions of shape \(121, 2\)"),
         ({"body_force": lambda x: np.nan * x}, "not finite"),
     ],
 )

