@@ -106,6 +106,12 @@ class Body {
 
   /// Of the particles around each node: for contact.
   virtual std::vector<NodeSurface<Dim>> surfaces(const TileNodes<Dim>& nodes) const = 0;
+  /// For fluids: which particles are in obstacles from the start, and so may stay there.
+  virtual void note_inside(const std::vector<Obstacle>& obstacles) = 0;
+  /// For fluids: puts particles that have entered an obstacle back to where they came from, without a velocity into it, and books it.
+  /// Returns how many.
+  virtual Index keep_out(const std::vector<Obstacle>& obstacles, const Vec3& gravity, Ledger& ledger) = 0;
+
   /// Of the particles around each node: takes the distance [m] of the nearest to a side of the grid into `gaps`, if it is less. A particle
   /// reaches as far as half of its size, by volume.
   virtual void measure_gaps(const TileNodes<Dim>& nodes, int axis, bool is_upper, std::vector<Real>& gaps) const = 0;

@@ -1,6 +1,8 @@
 // A body of particles with one material.
 #pragma once
 
+#include <set>
+
 #include "body/body.hpp"
 #include "body/cell_blocks.hpp"
 #include "case/body_spec.hpp"
@@ -40,6 +42,8 @@ class ParticleBody final : public Body<Dim> {
   void append_escapes(std::size_t body, std::vector<Escape>& escapes) const override;
   void remove_escaped(const Vec3& gravity, Ledger& ledger) override;
   void return_escaped(const std::vector<ClosedSide>& sides, const Vec3& gravity, Ledger& ledger) override;
+  void note_inside(const std::vector<Obstacle>& obstacles) override;
+  Index keep_out(const std::vector<Obstacle>& obstacles, const Vec3& gravity, Ledger& ledger) override;
   std::vector<NodeSurface<Dim>> surfaces(const TileNodes<Dim>& nodes) const override;
   void measure_gaps(const TileNodes<Dim>& nodes, int axis, bool is_upper, std::vector<Real>& gaps) const override;
   bool is_fluid() const override { return material_->is_fluid() && blocks_->layout().u < 0; }
@@ -75,6 +79,8 @@ class ParticleBody final : public Body<Dim> {
     std::vector<R> fields;
     Vec3 position;
   };
+  /// Puts one back that is in the obstacle; false if it does not come out.
+  bool push_out(R* fields, Vec3 position, const Obstacle& obstacle, const Vec3& gravity, Ledger& books) const;
   /// Puts one back, at a side for each axis along which it is outside; false if there is none.
   bool put_back(Outside& outside, const std::vector<ClosedSide>& sides, const Vec3& gravity, Ledger& ledger);
   /// Of one band and sweep.
@@ -202,7 +208,8 @@ class ParticleBody final : public Body<Dim> {
   Real mass_ = 0;
   Spin spin_;
   int sweeps_since_prune_ = 0;
-  mutable std::vector<Seat> seats_;  ///< By id; made when first asked for.
+  std::vector<std::set<Index>> inside_;  ///< Per obstacle: ids that were in it at the start.
+  mutable std::vector<Seat> seats_;      ///< By id; made when first asked for.
 
   std::vector<BandReport> reports_;
   std::vector<std::vector<std::pair<std::size_t, std::size_t>>> arrivals_;  ///< Per band: (band, index) of the particles that come.

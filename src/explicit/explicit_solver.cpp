@@ -62,6 +62,11 @@ ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
     for (const auto& grid : grids_) grids.push_back(grid.get());
     contact_ = std::make_unique<Contact<Dim, R>>(std::move(grids), std::move(bodies), problem.solver.friction);
   }
+  const std::vector<Obstacle> obstacles = boundary_conditions_.obstacles(0);
+  for (auto& body : bodies_) {
+    body->note_inside(obstacles);
+    has_obstacles_ = has_obstacles_ || (body->is_fluid() && !obstacles.empty());
+  }
   if (problem.solver.fluid_correction.value_or(false)) {
     const bool has_filter = problem.solver.transfer == Transfer::flip && problem.solver.flip == 1;
     correction_ = std::make_unique<FluidCorrection<Dim, R>>(has_filter, *grids_[0], boundary_conditions_, bodies_);
@@ -312,6 +317,7 @@ void ExplicitSolver<Dim, R>::check_state(Real t) {
     }
   }
   if (!escapes_.empty()) return_escaped(t);
+  if (has_obstacles_) keep_out(t);
   for (auto& body : bodies_) {
     const BadPoint bad = body->bad_point();
     if (bad.id < 0) continue;
@@ -333,6 +339,14 @@ void ExplicitSolver<Dim, R>::return_escaped(Real t) {
   is_mapped_ = false;  // the sweep that moved them has mapped the others
   escapes_.clear();
   for (std::size_t b = 0; b < bodies_.size(); ++b) bodies_[b]->append_escapes(b, escapes_);
+}
+
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::keep_out(Real t) {
+  const std::vector<Obstacle> obstacles = boundary_conditions_.obstacles(t);
+  Index count = 0;
+  for (auto& body : bodies_) count += body->keep_out(obstacles, gravity_, ledger_);
+  if (count > 0) is_mapped_ = false;
 }
 
 template <int Dim, class R>

@@ -60,6 +60,7 @@ class ExplicitSolver final : public Solver {
   void sweep(const char* label, Sweep what, Real dt);
   void check_state(Real t);
   void return_escaped(Real t);
+  void keep_out(Real t);
   void check_cutoff(const SolverSpec& spec, Real smallest_mass) const;
 
   Vec3 full_gravity_;
@@ -85,7 +86,8 @@ class ExplicitSolver final : public Solver {
   /// Whether the grid holds the particles' mass and momentum (and force): a cache between steps, the sweep that moves the particles
   /// has mapped them, too.
   bool is_mapped_ = false;
-  Real time_ = 0;  ///< At the end of the last step [s].
+  bool has_obstacles_ = false;  ///< That fluids may meet.
+  Real time_ = 0;               ///< At the end of the last step [s].
   std::vector<Escape> escapes_;
   Ledger ledger_;
   Profile profile_;

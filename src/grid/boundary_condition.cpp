@@ -251,6 +251,18 @@ std::vector<ClosedSide> BoundaryConditions<Dim, R>::closed_sides(Real t) const {
 }
 
 template <int Dim, class R>
+std::vector<Obstacle> BoundaryConditions<Dim, R>::obstacles(Real t) const {
+  std::vector<Obstacle> all;
+  for (const BoundarySpec& spec : specs_) {
+    // A velocity that is prescribed in a region belongs to what is in it, not to a wall.
+    const bool is_wall = spec.contact != FaceContact::stick || spec.kind == BoundaryKind::slip ||
+                         (spec.kind == BoundaryKind::fixed && spec.components.empty());
+    if (spec.region && is_wall) all.push_back({spec.region.get(), velocity_at(spec, t)});
+  }
+  return all;
+}
+
+template <int Dim, class R>
 void BoundaryConditions<Dim, R>::constrain(Tile<Dim, R>& tile, const NodalDynamics<Dim>& dynamics, const std::vector<Vec<Dim>>& values,
                                            Real dt, Ledger& ledger) const {
   NodeValues<Dim, R>& nodes = tile.values;

@@ -55,6 +55,9 @@ class BoundaryConditions {
   /// Sides that hold what is at them across themselves, and do not go away from it at time t [s].
   std::vector<ClosedSide> closed_sides(Real t) const;
 
+  /// Regions that hold what meets them across their surface, with their velocities at time t [s].
+  std::vector<Obstacle> obstacles(Real t) const;
+
   /// Greatest prescribed speed [m/s]: of all times of tables, and of functions at the time t [s].
   Real greatest_speed(Real t) const;
 

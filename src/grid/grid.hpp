@@ -15,6 +15,7 @@
 
 #include "case/grid_spec.hpp"
 #include "core/arena.hpp"
+#include "geometry/region.hpp"
 #include "kernel/kernel.hpp"
 #include "solver/ledger.hpp"
 #include "solver/report.hpp"
@@ -40,6 +41,12 @@ struct ClosedSide {
   int axis = 0;
   bool is_upper = false;
   Real velocity = 0;  ///< Along the axis [m/s].
+};
+
+/// A region that lets nothing in.
+struct Obstacle {
+  const Region* region = nullptr;
+  Vec3 velocity{};  ///< [m/s]
 };
 
 /// A fixed component of a node in a tile.
