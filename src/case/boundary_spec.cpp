@@ -185,6 +185,14 @@ void BoundarySpec::declare(ParameterTable<BoundarySpec>& table) {
       [=](const BoundarySpec& boundary, int dim) { return unless_empty(boundary.velocities, dim); });
 }
 
+BoundarySide side_of(const std::string& name) {
+  if (name == "left") return {0, false};
+  if (name == "right") return {0, true};
+  if (name == "bottom") return {1, false};
+  if (name == "top") return {1, true};
+  return {2, name == "back"};
+}
+
 Vec3 velocity_at(const BoundarySpec& spec, Real t) {
   if (spec.kind != BoundaryKind::velocity) return {};
   if (spec.velocity_history) return spec.velocity_history->at(t);

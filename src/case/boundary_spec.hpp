@@ -39,6 +39,13 @@ struct BoundarySpec {
   static void declare(ParameterTable<BoundarySpec>& table);
 };
 
+/// A side of the grid.
+struct BoundarySide {
+  int axis;
+  bool is_upper;
+};
+BoundarySide side_of(const std::string& name);
+
 /// The velocity that a condition prescribes at time t [m/s]; 0 unless kind = "velocity".
 Vec3 velocity_at(const BoundarySpec& spec, Real t);
 

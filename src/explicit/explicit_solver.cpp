@@ -60,7 +60,7 @@ ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
   } else if (problem.solver.contact == ContactMethod::multi_field) {
     std::vector<Grid<Dim, R>*> grids;
     for (const auto& grid : grids_) grids.push_back(grid.get());
-    contact_ = std::make_unique<Contact<Dim, R>>(std::move(grids), std::move(bodies), problem.solver.friction);
+    contact_ = std::make_unique<Contact<Dim, R>>(std::move(grids), std::move(bodies), boundary_conditions_, problem.solver.friction);
   }
   const std::vector<Obstacle> obstacles = boundary_conditions_.obstacles(0);
   for (auto& body : bodies_) {

@@ -165,6 +165,22 @@ Vec<Dim> Contact<Dim, R>::normal(const NodeSurface<Dim>& a, const NodeSurface<Di
   return n;
 }
 
+/// A side with kind = "slip" is a plane of symmetry: with what is beyond it surfaces are at right angles to it, and centroids on it.
+template <int Dim, class R>
+void Contact<Dim, R>::mirror(const Tile<Dim, R>& tile, const TileNodes<Dim>& nodes, std::vector<NodeSurface<Dim>>& surfaces) const {
+  for (const FixedComponent& fixed : tile.components) {
+    if (!conditions_.is_mirror(fixed.condition)) continue;
+    const auto d = static_cast<std::size_t>(fixed.component);
+    for (std::size_t i = 0; i < nodes.lanes.size(); ++i) {
+      if (nodes.lanes[i] != fixed.lane) continue;
+      surfaces[i].outward[d] = 0;
+      Place<Dim> node = tile.first;
+      node[0] += fixed.lane;
+      surfaces[i].centroid[d] = grids_[0]->node_position(node)[d];
+    }
+  }
+}
+
 /// Two bodies at the nodes of a tile. Returns whether anything changed.
 template <int Dim, class R>
 bool Contact<Dim, R>::collide(const Shared& shared, std::size_t a, std::size_t b, Real mass_cutoff,
@@ -176,8 +192,10 @@ bool Contact<Dim, R>::collide(const Shared& shared, std::size_t a, std::size_t b
     if (is_active(nodes_a, lane, mass_cutoff) && is_active(nodes_b, lane, mass_cutoff)) at.lanes.push_back(lane);
   }
   if (at.lanes.empty()) return false;
-  const std::vector<NodeSurface<Dim>> surfaces_a = bodies_[shared.bodies[a]]->surfaces(at);
-  const std::vector<NodeSurface<Dim>> surfaces_b = bodies_[shared.bodies[b]]->surfaces(at);
+  std::vector<NodeSurface<Dim>> surfaces_a = bodies_[shared.bodies[a]]->surfaces(at);
+  std::vector<NodeSurface<Dim>> surfaces_b = bodies_[shared.bodies[b]]->surfaces(at);
+  mirror(*shared.tiles[a], at, surfaces_a);
+  mirror(*shared.tiles[a], at, surfaces_b);
   bool is_changed = false;
   for (std::size_t i = 0; i < at.lanes.size(); ++i) {
     const int lane = at.lanes[i];

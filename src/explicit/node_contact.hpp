@@ -17,6 +17,7 @@
 #pragma once
 
 #include "body/body.hpp"
+#include "grid/boundary_condition.hpp"
 #include "grid/grid.hpp"
 
 namespace matpoint {
@@ -25,8 +26,9 @@ template <int Dim, class R>
 class Contact {
  public:
   /// One grid per body, in the same order; both must outlive this. friction: Coulomb's coefficient [1].
-  Contact(std::vector<Grid<Dim, R>*> grids, std::vector<const Body<Dim>*> bodies, Real friction)
-      : grids_(std::move(grids)), bodies_(std::move(bodies)), friction_(friction) {}
+  Contact(std::vector<Grid<Dim, R>*> grids, std::vector<const Body<Dim>*> bodies, const BoundaryConditions<Dim, R>& conditions,
+          Real friction)
+      : grids_(std::move(grids)), bodies_(std::move(bodies)), conditions_(conditions), friction_(friction) {}
 
   /// Changes the nodes' velocities and accelerations; to be called after Grid::start_pass(advance), before any sweep. Books what the
   /// impulses take of the kinetic energy, and what walls give back.
@@ -44,11 +46,13 @@ class Contact {
   std::vector<std::vector<Shared>> find_shared() const;
   void work(const Shared& shared, std::size_t band, Real mass_cutoff, Real dt, Ledger& ledger) const;
   bool collide(const Shared& shared, std::size_t a, std::size_t b, Real mass_cutoff, std::vector<Velocities>& velocities) const;
+  void mirror(const Tile<Dim, R>& tile, const TileNodes<Dim>& nodes, std::vector<NodeSurface<Dim>>& surfaces) const;
   Vec<Dim> normal(const NodeSurface<Dim>& a, const NodeSurface<Dim>& b) const;
   bool touch(const NodeSurface<Dim>& a, const NodeSurface<Dim>& b, const Vec<Dim>& n) const;
 
   std::vector<Grid<Dim, R>*> grids_;
   std::vector<const Body<Dim>*> bodies_;
+  const BoundaryConditions<Dim, R>& conditions_;
   Real friction_;
 };
 

@@ -43,13 +43,50 @@ Vec<Dim> along(Vec<Dim> a, const Vec<Dim>& normal) {
   return a;
 }
 
-/// A neighbour of the other body.
+/// A neighbour of the other body, or the image of one.
 struct Near {
   std::uint32_t point;
-  Real q;  ///< 1 - d^2 / R^2
+  std::uint32_t image;  ///< 0: itself.
+  Real q;               ///< 1 - d^2 / R^2
 };
 
 }  // namespace
+
+/// Beyond sides that are planes of symmetry the bodies go on as their own images.
+template <int Dim>
+struct PairContact<Dim>::Image {
+  std::array<bool, Dim> is_turned{};  ///< Along which axes.
+  Vec<Dim> plane{};                   ///< Where [m].
+
+  Vec<Dim> place(Vec<Dim> x) const {
+    for (std::size_t d = 0; d < Dim; ++d) x[d] = is_turned[d] ? 2 * plane[d] - x[d] : x[d];
+    return x;
+  }
+  Vec<Dim> direction(Vec<Dim> v) const {
+    for (std::size_t d = 0; d < Dim; ++d) v[d] = is_turned[d] ? -v[d] : v[d];
+    return v;
+  }
+};
+
+/// The particles themselves first, then the images: in one plane, and in two and three that meet.
+template <int Dim>
+std::vector<typename PairContact<Dim>::Image> PairContact<Dim>::images_of(const Case& problem) {
+  std::vector<Image> images(1);
+  for (const BoundarySpec& spec : problem.boundaries) {
+    if (spec.region || spec.kind != BoundaryKind::slip || spec.contact != FaceContact::stick) continue;
+    const BoundarySide side = side_of(spec.side);
+    const auto d = static_cast<std::size_t>(side.axis);
+    const std::size_t before = images.size();
+    for (std::size_t k = 0; k < before; ++k) {
+      if (images[k].is_turned[d]) continue;
+      Image image = images[k];
+      image.is_turned[d] = true;
+      image.plane[d] = side.is_upper ? problem.grid.upper[d] : problem.grid.lower[d];
+      images.push_back(image);
+    }
+  }
+  return images;
+}
 
 /// What is known of a body's particles.
 template <int Dim>
@@ -86,8 +123,9 @@ struct PairContact<Dim>::Pair {
 
 /// The particles of one body that are near another one.
 template <int Dim>
-struct PairContact<Dim>::Side {
+struct PairContact<Dim>::Participant {
   Points& of;
+  const std::vector<Image>& images;
   const PairKernel<Dim>& kernel;
   const std::vector<Real>& at_touch;
   Real stiffness;   ///< K [Pa]
@@ -108,8 +146,9 @@ struct PairContact<Dim>::Side {
   std::vector<Hold> holds;
   std::vector<Real> slip_work;  ///< [J]
 
-  Side(Points& body, const Pair& pair, std::size_t side)
+  Participant(Points& body, const std::vector<Image>& all_images, const Pair& pair, std::size_t side)
       : of(body),
+        images(all_images),
         kernel(pair.kernel),
         at_touch(pair.at_touch[side]),
         stiffness(pair.stiffness),
@@ -130,7 +169,7 @@ struct PairContact<Dim>::Side {
   template <class F>
   void for_each_near(std::size_t i, F&& f) const {
     const std::vector<Near>& all = near[i / k_piece];
-    for (std::size_t k = begin[i]; k < end[i]; ++k) f(all[k].point, all[k].q);
+    for (std::size_t k = begin[i]; k < end[i]; ++k) f(all[k].point, all[k].q, images[all[k].image]);
   }
 
   /// Sorts the particles by cells, and by their ids in each.
@@ -155,7 +194,7 @@ struct PairContact<Dim>::Side {
   }
 
   /// Ascending ids of those that are nearer to the other side than `reach`, or little farther.
-  std::vector<Index> ids_within(Real reach, const Side& other) const {
+  std::vector<Index> ids_within(Real reach, const Participant& other) const {
     const Cells<Dim> wide(box, reach);
     std::vector<Index> filled;
     for (const MovingPoint<Dim>& point : other.points) filled.push_back(wide.key_of(wide.cell_of(point.x)));
@@ -174,7 +213,7 @@ struct PairContact<Dim>::Side {
     return ids;
   }
 
-  void find_near(const Side& other) {
+  void find_near(const Participant& other) {
     const std::size_t n = count();
     near.resize((n + k_piece - 1) / k_piece);
     begin.resize(n);
@@ -186,10 +225,17 @@ struct PairContact<Dim>::Side {
       other.cells.for_each_row_near(points[i].x, [&](Index first, Index last) {
         auto j = static_cast<std::size_t>(std::lower_bound(other.keys.begin(), other.keys.end(), first) - other.keys.begin());
         for (; j < other.keys.size() && other.keys[j] <= last; ++j) {
-          Real d2 = 0;
-          for (std::size_t d = 0; d < Dim; ++d) d2 += (points[i].x[d] - other.points[j].x[d]) * (points[i].x[d] - other.points[j].x[d]);
-          const Real q = 1 - d2 * factor;
-          if (q > 0) all.push_back({static_cast<std::uint32_t>(j), q});
+          // An image is never nearer than what it is the image of.
+          for (std::size_t image = 0; image < images.size(); ++image) {
+            const Vec<Dim> x = images[image].place(other.points[j].x);
+            Real d2 = 0;
+            for (std::size_t d = 0; d < Dim; ++d) d2 += (points[i].x[d] - x[d]) * (points[i].x[d] - x[d]);
+            const Real q = 1 - d2 * factor;
+            if (q > 0)
+              all.push_back({static_cast<std::uint32_t>(j), static_cast<std::uint32_t>(image), q});
+            else if (image == 0)
+              break;
+          }
         }
       });
       end[i] = all.size();
@@ -197,13 +243,13 @@ struct PairContact<Dim>::Side {
   }
 
   /// c and the pressure.
-  void press(const Side& other) {
+  void press(const Participant& other) {
     c.resize(count());
     pressure.resize(count());
     energy.resize(count());
     for_each([&](std::size_t i) {
       Real sum = 0;
-      for_each_near(i, [&](std::size_t j, Real q) { sum += other.volume[j] * kernel.value(q); });
+      for_each_near(i, [&](std::size_t j, Real q, const Image&) { sum += other.volume[j] * kernel.value(q); });
       c[i] = sum;
       pressure[i] = 0;
       energy[i] = 0;
@@ -215,18 +261,19 @@ struct PairContact<Dim>::Side {
     });
   }
 
-  void push(const Side& other) {
+  void push(const Participant& other) {
     force.resize(count());
     own_force.resize(count());
     for_each([&](std::size_t i) {
       Vec<Dim> all{};
       Vec<Dim> own{};
-      for_each_near(i, [&](std::size_t j, Real q) {
+      for_each_near(i, [&](std::size_t j, Real q, const Image& image) {
         const Real both = pressure[i] + other.pressure[j];
         if (both == 0) return;
         const Real factor = volume[i] * other.volume[j] * kernel.slope(q);
+        const Vec<Dim> x = image.place(other.points[j].x);
         for (std::size_t d = 0; d < Dim; ++d) {
-          const Real away = factor * (points[i].x[d] - other.points[j].x[d]);
+          const Real away = factor * (points[i].x[d] - x[d]);
           all[d] += both * away;
           own[d] += pressure[i] * away;
         }
@@ -237,7 +284,7 @@ struct PairContact<Dim>::Side {
   }
 
   /// The force of friction on each particle that presses, by its own share. `held`: ascending ids.
-  void rub(const Side& other, const std::vector<Hold>& held, Real coefficient, Real dt) {
+  void rub(const Participant& other, const std::vector<Hold>& held, Real coefficient, Real dt) {
     // As stiff along the surface as across it, where a flat one begins to press.
     const Real w = kernel.over_plane(kernel.range() / (2 * k_range));
     friction.assign(count(), {});
@@ -272,22 +319,24 @@ struct PairContact<Dim>::Side {
   }
 
   /// Velocity of a particle against the mean of its neighbours [m/s].
-  Vec<Dim> velocity_past(const Side& other, std::size_t i) const {
+  Vec<Dim> velocity_past(const Participant& other, std::size_t i) const {
     Vec<Dim> v = points[i].v;
-    for_each_near(i, [&](std::size_t j, Real q) {
+    for_each_near(i, [&](std::size_t j, Real q, const Image& image) {
       const Real weight = other.volume[j] * kernel.value(q) / c[i];
-      for (std::size_t d = 0; d < Dim; ++d) v[d] -= weight * other.points[j].v[d];
+      const Vec<Dim> u = image.direction(other.points[j].v);
+      for (std::size_t d = 0; d < Dim; ++d) v[d] -= weight * u[d];
     });
     return v;
   }
 
   /// What the friction of the other side's particles takes here.
-  void take_friction(const Side& other) {
+  void take_friction(const Participant& other) {
     for_each([&](std::size_t i) {
-      for_each_near(i, [&](std::size_t j, Real q) {
+      for_each_near(i, [&](std::size_t j, Real q, const Image& image) {
         if (other.pressure[j] == 0) return;
         const Real weight = volume[i] * kernel.value(q) / other.c[j];
-        for (std::size_t d = 0; d < Dim; ++d) force[i][d] -= weight * other.friction[j][d];
+        const Vec<Dim> rubbing = image.direction(other.friction[j]);
+        for (std::size_t d = 0; d < Dim; ++d) force[i][d] -= weight * rubbing[d];
       });
       for (std::size_t d = 0; d < Dim; ++d) force[i][d] += friction[i][d];
     });
@@ -298,7 +347,8 @@ template <int Dim>
 PairContact<Dim>::~PairContact() = default;
 
 template <int Dim>
-PairContact<Dim>::PairContact(const Case& problem, std::vector<const Body<Dim>*> bodies) : friction_(problem.solver.friction) {
+PairContact<Dim>::PairContact(const Case& problem, std::vector<const Body<Dim>*> bodies)
+    : images_(images_of(problem)), friction_(problem.solver.friction) {
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const Material& material = *problem.bodies[b].material;
     const Real speed = material.wave_speed(1);
@@ -395,26 +445,26 @@ void PairContact<Dim>::search() {
 
 template <int Dim>
 void PairContact<Dim>::meet(Pair& pair, Real dt) {
-  Side sides[2] = {{points_[pair.bodies[0]], pair, 0}, {points_[pair.bodies[1]], pair, 1}};
+  Participant sides[2] = {{points_[pair.bodies[0]], images_, pair, 0}, {points_[pair.bodies[1]], images_, pair, 1}};
   for (std::size_t s = 0; s < 2 && !pair.is_searched; ++s) pair.candidates[s] = sides[s].ids_within(reach_of(pair), sides[1 - s]);
   pair.is_searched = true;
   if (sides[0].count() == 0 || sides[1].count() == 0) {
     let_go(pair, {});
     return;
   }
-  for (Side& side : sides) side.sort();
+  for (Participant& side : sides) side.sort();
   for (int s : {0, 1}) sides[s].find_near(sides[1 - s]);
   for (int s : {0, 1}) sides[s].press(sides[1 - s]);
   for (int s : {0, 1}) sides[s].push(sides[1 - s]);
   if (friction_ > 0) rub(pair, sides, dt);
-  for (const Side& side : sides) {
+  for (const Participant& side : sides) {
     for (const Real energy : side.energy) energy_ += energy;
     add_forces(side);
   }
 }
 
 template <int Dim>
-void PairContact<Dim>::rub(Pair& pair, Side (&sides)[2], Real dt) {
+void PairContact<Dim>::rub(Pair& pair, Participant (&sides)[2], Real dt) {
   for (int s : {0, 1}) sides[s].rub(sides[1 - s], pair.holds[s], friction_, dt);
   for (int s : {0, 1}) sides[s].take_friction(sides[1 - s]);
   std::array<std::vector<Hold>, 2> holds;
@@ -444,7 +494,7 @@ void PairContact<Dim>::let_go(Pair& pair, std::array<std::vector<Hold>, 2> holds
 }
 
 template <int Dim>
-void PairContact<Dim>::add_forces(const Side& side) {
+void PairContact<Dim>::add_forces(const Participant& side) {
   Forces& forces = side.of.forces;
   for (std::size_t d = 0; d < Dim; ++d) {
     forces.box.lower[d] = std::min(forces.box.lower[d], side.box.lower[d]);

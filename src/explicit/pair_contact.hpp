@@ -15,6 +15,8 @@
 // Phi depends on distances only. So the force of each pair is central, equal and opposite; energy, momentum and angular momentum are kept.
 // Lattices that slide on each other rise and fall by 0.001 spacings.
 //
+// Sides with kind = "slip" are planes of symmetry: the images of the other body's particles count, too.
+//
 // Friction: p moves along the surface against the mean of its neighbours of the other body, weighted as in c_p. A spring keeps that
 // displacement, gives way where it pulls harder than mu times the normal force of p's own share of Phi (Cundall & Strack 1979), and pulls
 // p one way and the neighbours, with the same weights, the other.
@@ -56,7 +58,8 @@ class PairContact {
 
  private:
   struct Points;
-  struct Side;
+  struct Participant;
+  struct Image;
   struct Pair;
   /// The spring of a particle that rubs.
   struct Hold {
@@ -65,15 +68,17 @@ class PairContact {
     Real energy;      ///< [J]
   };
 
+  static std::vector<Image> images_of(const Case& problem);
   static Real reach_of(const Pair& pair);
   void search();
   void meet(Pair& pair, Real dt);
-  void rub(Pair& pair, Side (&sides)[2], Real dt);
+  void rub(Pair& pair, Participant (&sides)[2], Real dt);
   void let_go(Pair& pair, std::array<std::vector<Hold>, 2> holds);
-  void add_forces(const Side& side);
+  void add_forces(const Participant& side);
 
   std::vector<Points> points_;
   std::vector<Pair> pairs_;
+  std::vector<Image> images_;
   Real friction_;
   Real free_way_ = 0;  ///< So far two particles may approach each other before the next search [m].
   Real energy_ = 0;

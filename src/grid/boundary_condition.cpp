@@ -9,19 +9,6 @@
 namespace matpoint {
 namespace {
 
-struct Side {
-  int axis;
-  bool is_upper;
-};
-
-Side side_of(const std::string& name) {
-  if (name == "left") return {0, false};
-  if (name == "right") return {0, true};
-  if (name == "bottom") return {1, false};
-  if (name == "top") return {1, true};
-  return {2, name == "back"};
-}
-
 template <int Dim>
 Vec3 widened(const Vec<Dim>& a) {
   Vec3 x{};
@@ -115,7 +102,7 @@ std::optional<Vec3> BoundaryConditions<Dim, R>::place_in(std::size_t condition, 
       for (int d = 1; d < Dim; ++d) cell_size = std::min(cell_size, grid.cell_size(d));
       if (spec.region->reaches(x, node_tolerance(x, cell_size))) return x;
     } else {
-      const Side side = side_of(spec.side);
+      const BoundarySide side = side_of(spec.side);
       if (image[static_cast<std::size_t>(side.axis)] == grid.side_node(side.axis, side.is_upper)) return x;
     }
   }
@@ -202,7 +189,7 @@ void BoundaryConditions<Dim, R>::append_contacts(const std::vector<std::pair<std
     if (spec.region) {
       normals = spec.region->normals(place, Dim);
     } else {
-      const Side side = side_of(spec.side);
+      const BoundarySide side = side_of(spec.side);
       normals.emplace_back();
       normals[0][static_cast<std::size_t>(side.axis)] = side.is_upper ? -1 : 1;
     }
@@ -240,7 +227,7 @@ std::vector<ClosedSide> BoundaryConditions<Dim, R>::closed_sides(Real t) const {
   std::vector<ClosedSide> closed;
   for (const BoundarySpec& spec : specs_) {
     if (spec.region || spec.kind == BoundaryKind::traction) continue;
-    const Side side = side_of(spec.side);
+    const BoundarySide side = side_of(spec.side);
     const std::string component(1, "xyz"[side.axis]);
     const bool holds_across = spec.kind == BoundaryKind::slip || spec.components.empty() ||
                               std::find(spec.components.begin(), spec.components.end(), component) != spec.components.end();
@@ -334,7 +321,7 @@ template <int Dim, class R>
 void BoundaryConditions<Dim, R>::measure_gaps(const Grid<Dim, R>& grid, const GapMeasure& measure) const {
   for (std::size_t c = 0; c < specs_.size(); ++c) {
     if (specs_[c].contact == FaceContact::stick || specs_[c].region) continue;
-    const Side side = side_of(specs_[c].side);
+    const BoundarySide side = side_of(specs_[c].side);
     parallel_for(grid.band_count(), grid.tile_count() * k_lanes<R>, [&](Index band) {
       for (Tile<Dim, R>* tile : grid.tiles(static_cast<std::size_t>(band))) {
         TileNodes<Dim> nodes{tile->first, {}};

@@ -29,6 +29,12 @@ class BoundaryConditions {
   /// Whether a condition holds nodes in a region, and not those of a side.
   bool is_of_region(int condition) const { return specs_[static_cast<std::size_t>(condition)].region != nullptr; }
 
+  /// Whether a condition makes a side a plane of symmetry.
+  bool is_mirror(int condition) const {
+    const BoundarySpec& spec = specs_[static_cast<std::size_t>(condition)];
+    return !spec.region && spec.kind == BoundaryKind::slip && spec.contact == FaceContact::stick;
+  }
+
   /// The velocity of each condition at time t [s].
   std::vector<Vec<Dim>> velocities(Real t) const;
 
