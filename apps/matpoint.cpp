@@ -89,6 +89,10 @@ void add_verify(CLI::App& app, Arguments& arguments) {
   command.add_option("--preset", arguments.verify.preset, "quick (minutes) or full (hours; name some)")
       ->capture_default_str()
       ->type_name("PRESET");
+  command
+      .add_option("--set", arguments.verify.sets,
+                  "Numerics for the everyday problems, e.g. solver.shape=linear, in place of the defaults and each quality")
+      ->type_name("KEY=VALUE");
   command.add_option("--out", arguments.verify.csv, "The table as a CSV file")->capture_default_str()->type_name("FILE");
   command.add_flag("--list", arguments.is_verify_list, "Only list what the preset has");
   add_threads(command, arguments);

@@ -44,15 +44,16 @@ struct MovingPoint {
 /// The passes of the correction of fluids over the particles (explicit/fluid_correction.cpp). Each reads what the one before has summed at
 /// the nodes.
 enum class CorrectionPass {
-  spread,    ///< Volume into force[0]; of fluids, mass and momentum.
+  spread,    ///< Volume into force[0]; of fluids, mass, momentum and, weighted by mass, J into force[1].
   residual,  ///< What a fluid's velocity has beyond `velocity`, into momentum.
   apply,     ///< Velocities lose a share of what is beyond `velocity` and `second`; positions move down the slope of moved_mass.
 };
 template <int Dim>
 struct Correction {
-  Real share = 0;    ///< Of the velocity that the grid does not see [1].
-  Vec<Dim> shift{};  ///< Over the slope of the overfill [m^2].
-  Vec3 gravity{};    ///< [m/s^2]
+  Real share = 0;       ///< Of the velocity that the grid does not see [1].
+  Real relaxation = 0;  ///< Share of J that goes to the mean around it [1].
+  Vec<Dim> shift{};     ///< Over the slope of the overfill [m^2].
+  Vec3 gravity{};       ///< [m/s^2]
 };
 /// What a pass took from the kinetic energy, and the work of moving particles against gravity [J].
 struct CorrectionBooks {

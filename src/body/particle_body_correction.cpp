@@ -34,7 +34,7 @@ CorrectionBooks ParticleBody<Dim, R>::correct_with(CorrectionPass pass, const Co
           const auto weights = weights_of<Shape>(*block, lane, fields, L);
           const R volume = static_cast<R>(volume0(p) * J(p));
           const R m = static_cast<R>(volume0(p) * density);
-          R grid_velocity[Dim] = {}, rest[Dim] = {}, slope[Dim] = {};
+          R grid_velocity[Dim] = {}, rest[Dim] = {}, slope[Dim] = {}, slope_of_J[Dim] = {}, mean_of_J = 0;
           bool is_at_obstacle = false;
           const auto each_node = [&](auto&& f) {
             for (int row = 0; row < grid_.row_count(); ++row) {
@@ -48,6 +48,7 @@ CorrectionBooks ParticleBody<Dim, R>::correct_with(CorrectionPass pass, const Co
               nodes.force[0][node] += N * volume;
               if (!is_fluid()) return;
               nodes.mass[node] += N * m;
+              nodes.force[1][node] += N * m * static_cast<R>(J(p));
               for (int d = 0; d < Dim; ++d) nodes.momentum[d][node] += N * m * fields[(at.v + d) * L];
             });
             continue;
@@ -57,7 +58,9 @@ CorrectionBooks ParticleBody<Dim, R>::correct_with(CorrectionPass pass, const Co
               grid_velocity[d] += N * nodes.velocity[d][node];
               rest[d] += N * nodes.second[d][node];
               slope[d] += dN[d][i] * nodes.moved_mass[node];
+              slope_of_J[d] += dN[d][i] * nodes.force[1][node];
             }
+            mean_of_J += N * nodes.force[1][node];
             is_at_obstacle = is_at_obstacle || (nodes.moved_mass[node] < 0 && N > 0);
           });
           if (pass == CorrectionPass::residual) {
@@ -66,6 +69,7 @@ CorrectionBooks ParticleBody<Dim, R>::correct_with(CorrectionPass pass, const Co
             });
             continue;
           }
+          R change_of_J = static_cast<R>(correction.relaxation) * (mean_of_J - static_cast<R>(J(p)));
           for (int d = 0; d < Dim; ++d) {
             R& v = fields[(at.v + d) * L];
             const R filtered = v - static_cast<R>(correction.share) * (v - grid_velocity[d] - rest[d]);
@@ -81,8 +85,13 @@ CorrectionBooks ParticleBody<Dim, R>::correct_with(CorrectionPass pass, const Co
             const R moved =
                 std::clamp(static_cast<R>(x + std::clamp(wanted, -k_shift_max, k_shift_max)), k_off_line<R>, R(1) - k_off_line<R>);
             books[b].work -= static_cast<Real>(m) * correction.gravity[s] * static_cast<Real>(moved - x) * h;
+            change_of_J += (moved - x) * slope_of_J[d];
             x = moved;
           }
+          if (is_at_obstacle || has_fbar_) continue;
+          // J belongs to the place, so that the field of pressure stays where it is.
+          const R s = static_cast<R>(std::pow(J(p) + static_cast<Real>(change_of_J), 1.0 / Dim));
+          for (int d = 0; d < Dim; ++d) fields[(at.F + d * Dim + d) * L] = s;
         }
       }
     }

@@ -9,7 +9,9 @@
 // takes more steps for the same flow, is not damped more.
 //
 // - Positions move down the slope of the overfill e_i = max(0, sum_p N_i V_p / V_i - 1), by -beta a h^2 sum_i e_i grad N_i (the
-//   delta-correction of Baumgarten & Kamrin 2023, with their rate by displacement).
+//   delta-correction of Baumgarten & Kamrin 2023, with their rate by displacement). J goes with the slope of its mean at the nodes, so that
+//   the pressure stays in its place, and loses the share 1 - exp(-a / 5) of what it has beyond that mean: particles that have met come from
+//   different pasts, and their pressures would scatter (as by the density diffusion of SPH, Antuono et al. 2010).
 // - Velocities lose the share 1 - exp(-a) of (1 - P)^2 v, where P v maps to the nodes and back: what two terms of FMPM's series do not
 //   give back (Nairn & Hammerquist 2021, whose periodic FMPM this is, spread out evenly). Momentum is kept.
 //

@@ -280,7 +280,19 @@ void BoundaryConditions<Dim, R>::touch_surfaces(Tile<Dim, R>& tile, const NodalD
   if (tile.contacts.empty()) return;
   NodeValues<Dim, R>& nodes = tile.values;
   Vec<Dim> impulses[k_lanes<R>]{};  // of all surfaces
+  Vec<Dim> starts[k_lanes<R>];      // velocities at the start of the step
+  for (int lane = 0; lane < k_lanes<R>; ++lane) {
+    for (std::size_t d = 0; d < Dim; ++d)
+      starts[lane][d] = nodes.moved_mass[lane] > 0 ? nodes.momentum[d][lane] / nodes.moved_mass[lane] : 0;
+  }
   for (SurfaceContact<Dim>& contact : tile.contacts) {
+    // What was held at the end of the last step is held at the start of this one; the mapped velocities of the particles, which do not
+    // move by them, would make a block at rest work against its floor.
+    if (contact.presses) {
+      Vec<Dim>& start = starts[contact.lane];
+      const auto [w, w_n] = relative<Dim>(contact, values, [&](std::size_t d) { return start[d]; });
+      for (std::size_t d = 0; d < Dim; ++d) start[d] -= w_n * contact.correction[d];
+    }
     contact.presses = contact.sticks = false;
     if (contact.gap > 0) continue;
     const Real m = nodes.moved_mass[contact.lane];
@@ -309,10 +321,9 @@ void BoundaryConditions<Dim, R>::touch_surfaces(Tile<Dim, R>& tile, const NodalD
   // All forces of a step act together, from the node's velocity at its start to that at its end: the work of each is its impulse times the
   // mean of the two. With the velocity that the others alone would have left, a body at rest would seem to be stopped in every step.
   for (int lane = 0; lane < k_lanes<R>; ++lane) {
-    const Real m = nodes.moved_mass[lane];
     for (std::size_t d = 0; d < Dim; ++d) {
       if (impulses[lane][d] == 0) continue;
-      ledger.contact_dissipation -= 0.5 * impulses[lane][d] * (nodes.momentum[d][lane] / m + nodes.velocity[d][lane]);
+      ledger.contact_dissipation -= 0.5 * impulses[lane][d] * (starts[lane][d] + nodes.velocity[d][lane]);
     }
   }
 }

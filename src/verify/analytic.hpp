@@ -22,7 +22,8 @@ void add_fluids(VerifySuite& suite);
 void add_invariants(VerifySuite& suite);
 void add_manufactured(VerifySuite& suite);
 void add_inclines(VerifySuite& suite);
-void add_everyday(VerifySuite& suite);
+/// With the defaults and each quality, or with the numerics given as --set would.
+void add_everyday(VerifySuite& suite, const Sets& numerics = {});
 void add_implicit_analytic(VerifySuite& suite);
 void add_implicit_newton(VerifySuite& suite);
 void add_implicit_paper(VerifySuite& suite);

@@ -16,6 +16,7 @@
 
 #include "core/error.hpp"
 #include "core/parallel.hpp"
+#include "verify/analytic.hpp"
 
 namespace matpoint {
 namespace {
@@ -222,6 +223,11 @@ int run_verify(const VerifySuite& suite, const VerifyOptions& options) {
   return table.failed == 0 ? 0 : 3;
 }
 
-int run_verify(const VerifyOptions& options) { return run_verify(verify_suite(), options); }
+int run_verify(const VerifyOptions& options) {
+  if (options.sets.empty()) return run_verify(verify_suite(), options);
+  VerifySuite suite;
+  add_everyday(suite, options.sets);
+  return run_verify(suite, options);
+}
 
 }  // namespace matpoint

@@ -57,6 +57,7 @@ struct VerifyOptions {
   std::vector<std::string> names;  ///< Groups, cases or jobs to run; empty: all of the preset.
   std::string preset = "quick";    ///< "quick" (minutes, for every change) or "full" (hours).
   std::string csv = "verify.csv";
+  std::vector<std::string> sets;  ///< KEY=VALUE of numerics for the everyday problems, in place of the defaults and qualities.
   int threads = 0;  ///< Jobs side by side; 0: one per processor.
 };
 

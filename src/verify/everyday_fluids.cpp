@@ -1,0 +1,175 @@
+// Water in boxes.
+#include <cmath>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "verify/everyday.hpp"
+
+namespace matpoint {
+namespace {
+
+std::string box_of_water(const std::string& grid, const std::string& body, const std::string& rest) {
+  std::string text =
+      "gravity = [0, -9.81]\n" + grid + "[[body]]\nname = \"water\"\nlayout = { type = \"per_cell\", count = 4 }\n" + body + rest;
+  for (const char* side : {"left", "right", "bottom", "top"}) text += fmt::format("[[boundary]]\nside = \"{}\"\n", side);
+  return text;
+}
+
+Measured corner(const EverydaySetting& setting) {
+  Simulation sim(everyday_case(box_of_water("[grid]\nupper = [1, 1]\ncells = [32, 32]\n[time]\nend = 0.5\n",
+                                            "region = { type = \"box\", lower = [0.3, 0.3], upper = [0.7, 0.7] }\n"
+                                            "velocity = { type = \"uniform\", value = [-10, -10] }\n",
+                                            k_everyday_water),
+                               setting));
+  return {{"corner_energy_greatest", run_with_energy(sim).greatest}};
+}
+
+Measured closed_box(const EverydaySetting& setting) {
+  Simulation sim(everyday_case(box_of_water("[grid]\nupper = [1, 1]\ncells = [20, 20]\n[time]\nend = 20\n",
+                                            "region = { type = \"box\", lower = [0, 0], upper = [0.4, 0.6] }\n", k_everyday_water),
+                               setting));
+  constexpr int k_rows = 4;  // of cells below y = 0.2
+  constexpr Real k_h = 0.05;
+  Real pressure[k_rows] = {}, depth[k_rows] = {}, count[k_rows] = {};
+  every(sim, 50, [&](const Simulation& now) {
+    if (now.time() < 15) return;
+    const std::vector<Real> x = now.solver().field(0, "position").values;
+    const std::vector<Real> xx = component(now, 0, "stress", 0);  // of water without viscosity -p
+    for (std::size_t p = 0; p < xx.size(); ++p) {
+      const int row = static_cast<int>(x[2 * p + 1] / k_h);
+      if (row >= k_rows) continue;
+      pressure[row] -= xx[p];
+      depth[row] += 0.24 - x[2 * p + 1];
+      count[row] += 1;
+    }
+  });
+  Real sum = 0, time = 0, early = 1;
+  const Real start = total_energy(sim);
+  sim.add_callback([&](const Simulation& now) {
+    if (now.time() < 0.25) early = total_energy(now) / start;
+    if (now.time() >= 15) {
+      sum += now.last_dt() * now.solver().totals(0).center_of_mass[1];
+      time += now.last_dt();
+    }
+    return true;
+  });
+  const Range range = run_with_energy(sim);
+  Real squares = 0;
+  for (int row = 0; row < k_rows; ++row) {
+    const Real difference = (pressure[row] / 9810 - depth[row]) / count[row] / 0.24;
+    squares += difference * difference / k_rows;
+  }
+  return {{"box_energy_greatest", range.greatest},
+          {"box_energy_at_0.25", early},
+          {"box_centre", sum / time},
+          {"box_pressure", std::sqrt(squares)}};
+}
+
+Measured dam_front(const EverydaySetting& setting) {
+  Measured measured;
+  Range fronts;
+  for (const auto& [name, scale] : {std::pair("c20", 4e5 / 7), std::pair("c200", 4e7 / 7), std::pair("c1483", 2.2e9 / 7)}) {
+    Simulation sim(everyday_case(
+        box_of_water("[grid]\nupper = [1, 1]\ncells = [40, 40]\n[time]\nend = 0.25\n",
+                     "region = { type = \"box\", lower = [0, 0], upper = [0.4, 0.6] }\n",
+                     fmt::format("material = {{ type = \"newtonian_fluid\", density = 1000, pressure_scale = {} }}\n", scale)),
+        setting));
+    sim.run();
+    const Real front = sim.solver().totals(0).upper[0] + 0.025 / 4;
+    fronts.include(front);
+    measured[std::string("dam_front_") + name] = front;
+  }
+  measured["dam_front_difference"] = fronts.greatest / fronts.least - 1;
+  return measured;
+}
+
+Measured still_water(const EverydaySetting& setting) {
+  Simulation sim(everyday_case(box_of_water("[grid]\nupper = [1, 0.7]\ncell_size = 0.025\n[time]\nend = 5\n",
+                                            "fbar = true\nregion = { type = \"box\", lower = [0, 0], upper = [1, 0.5] }\n",
+                                            "material = { type = \"newtonian_fluid\", density = 1000, pressure_scale = 70071.4 }\n"),
+                               setting));
+  Real greatest = 0;
+  sim.add_callback([&](const Simulation& now) {
+    greatest = std::max(greatest, now.solver().totals(0).kinetic_energy);
+    return true;
+  });
+  sim.run();
+  return {{"still_kinetic_energy", greatest}, {"still_centre", sim.solver().totals(0).center_of_mass[1]}};
+}
+
+/// Idelsohn, Marti, Limache & Onate 2008, with a lid: how far the corner of the obstacle goes, and when.
+Measured obstacle(const EverydaySetting& setting, Real end) {
+  std::string text = fmt::format(R"(
+gravity = [0, -9.81]
+[grid]
+upper = [0.584, 0.4]
+cell_size = 0.004
+[time]
+end = {}
+[[body]]
+name = "water"
+region = {{ type = "box", lower = [0, 0], upper = [0.146, 0.292] }}
+layout = {{ type = "per_cell", count = 4 }}
+material = {{ type = "newtonian_fluid", density = 1000, pressure_scale = 1e5 }}
+[[body]]
+name = "obstacle"
+region = {{ type = "box", lower = [0.286, 0], upper = [0.298, 0.08] }}
+layout = {{ type = "per_cell", count = 4 }}
+material = {{ type = "neo_hookean", density = 2500, youngs_modulus = 1e6, poissons_ratio = 0 }}
+)",
+                                 end);
+  for (const char* side : {"bottom", "left", "right", "top"}) text += fmt::format("[[boundary]]\nside = \"{}\"\n", side);
+  text += "[[boundary]]\nregion = { type = \"box\", lower = [0.286, -0.001], upper = [0.298, 0.001] }\nkind = \"fixed\"\n";
+  Simulation sim(everyday_case(text, setting));
+  const std::vector<Real> X = sim.solver().field(1, "position").values;
+  std::size_t corner = 0;
+  const auto distance = [&](std::size_t k) { return std::hypot(X[k] - 0.286, X[k + 1] - 0.08); };
+  for (std::size_t k = 0; k < X.size(); k += 2) corner = distance(k) < distance(corner) ? k : corner;
+  Real way = 0, time = 0;
+  every(sim, 5, [&](const Simulation& now) {
+    const Real u = now.solver().field(1, "position").values[corner] - X[corner];
+    if (u <= way || now.time() > 0.5) return;
+    way = u;
+    time = now.time();
+  });
+  const Range range = run_with_energy(sim);
+  return {{"obstacle_way", way}, {"obstacle_time", time}, {"obstacle_energy_greatest", range.greatest}};
+}
+
+}  // namespace
+
+std::vector<EverydayProblem> everyday_fluids() {
+  return {
+      {"fluid thrown into a corner", corner,
+       [](bool) -> std::vector<VerifyRow> { return {at_most("corner_energy_greatest", 1.01, "energy is kept")}; }, 3e6},
+      {"a dam breaks in a closed box", closed_box,
+       [](bool) -> std::vector<VerifyRow> {
+         return {at_most("box_energy_greatest", 1.005, "energy is kept"),
+                 at_least("box_energy_at_0.25", 0.98, "nothing has hit a wall yet"),
+                 within("box_centre", 0.1195, 0.02 * 0.1195, "the water keeps its volume"), at_most("box_pressure", 0.05, "hydrostatics")};
+       },
+       2e7},
+      {"the front of a dam break", dam_front,
+       [](bool) -> std::vector<VerifyRow> {
+         const char* const source = "boundary elements";
+         return {within("dam_front_c20", 0.94, 0.03 * 0.94, source), within("dam_front_c200", 0.94, 0.03 * 0.94, source),
+                 within("dam_front_c1483", 0.94, 0.03 * 0.94, source),
+                 at_most("dam_front_difference", 0.01, "stiff water flows as soft water does")};
+       },
+       6e7},
+      {"still water with fbar", still_water,
+       [](bool) -> std::vector<VerifyRow> {
+         return {at_most("still_kinetic_energy", 5, "4.09 J/m: gravity comes at once"), within("still_centre", 0.25, 0.005, "it stays")};
+       },
+       4e7},
+      {"a dam breaks on an elastic obstacle, to 0.3 s", [](const EverydaySetting& setting) { return obstacle(setting, 0.3); },
+       [](bool) -> std::vector<VerifyRow> {
+         return {within("obstacle_way", 0.045, 0.005, "Walhorn et al. and others"),
+                 within("obstacle_time", 0.245, 0.015, "Walhorn et al. and others"),
+                 at_most("obstacle_energy_greatest", 1.01, "energy is kept")};
+       },
+       1e7},
+  };
+}
+
+}  // namespace matpoint
