@@ -20,6 +20,7 @@ struct ParticleScheme {
   ShapeKind shape = ShapeKind::linear;
   Transfer transfer = Transfer::flip;
   bool has_body_force = false;  ///< Particles carry a body force.
+  bool is_corrected = false;    ///< Fluids are corrected.
   bool is_co_rotating = false;  ///< Velocities are mapped in the frame that turns with the body.
 };
 

@@ -9,8 +9,6 @@ namespace {
 
 // A particle is moved by at most this share of a cell at once.
 constexpr Real k_shift_max = 0.1;
-// Midpoints per cell for the integrals of the shape functions.
-constexpr int k_points = 16;
 
 }  // namespace
 
@@ -75,8 +73,7 @@ CorrectionBooks ParticleBody<Dim, R>::correct_with(CorrectionPass pass, const Co
             const R filtered = v - static_cast<R>(correction.share) * (v - grid_velocity[d] - rest[d]);
             books[b].dissipation += 0.5 * static_cast<Real>(m) * static_cast<Real>((v - filtered) * (v + filtered));
             v = filtered;
-            // With a mean over cells the particles' own volumes mean nothing: moved apart by them, water that stands starts to boil.
-            if (is_at_obstacle || has_fbar_) continue;
+            if (is_at_obstacle) continue;
             // Within its cell: then nothing has to be sorted, and no side is passed.
             const auto s = static_cast<std::size_t>(d);
             const Real h = grid_.cell_size(d);
@@ -88,7 +85,7 @@ CorrectionBooks ParticleBody<Dim, R>::correct_with(CorrectionPass pass, const Co
             change_of_J += (moved - x) * slope_of_J[d];
             x = moved;
           }
-          if (is_at_obstacle || has_fbar_) continue;
+          if (is_at_obstacle) continue;
           // J belongs to the place, so that the field of pressure stays where it is.
           const R s = static_cast<R>(std::pow(J(p) + static_cast<Real>(change_of_J), 1.0 / Dim));
           for (int d = 0; d < Dim; ++d) fields[(at.F + d * Dim + d) * L] = s;
@@ -119,14 +116,17 @@ CorrectionBooks ParticleBody<Dim, R>::correct(CorrectionPass pass, const Correct
 template <int Dim, class R>
 template <class Shape>
 std::vector<Real> ParticleBody<Dim, R>::node_lengths_with(int d) const {
+  // By as many midpoints as the body has particles: what these sum up to beside a wall, where they are as even as they can be, must not
+  // count as an overfill.
+  const int points = std::max(1, static_cast<int>(std::lround(0.5 / reach_)));
   std::vector<Real> lengths(static_cast<std::size_t>(grid_.nodes(d)), 0);
   for (int cell = 0; cell < grid_.cells(d); ++cell) {
     const Shape shape = shape_at<Shape>(cell, d);
-    for (int point = 0; point < k_points; ++point) {
+    for (int point = 0; point < points; ++point) {
       R N[Shape::k_nodes], dN[Shape::k_nodes];
-      shape.weights(static_cast<R>((point + 0.5) / k_points), N, dN);
+      shape.weights(static_cast<R>((point + 0.5) / points), N, dN);
       for (int i = 0; i < Shape::k_nodes; ++i)
-        lengths[static_cast<std::size_t>(cell + i)] += static_cast<Real>(N[i]) * grid_.cell_size(d) / k_points;
+        lengths[static_cast<std::size_t>(cell + i)] += static_cast<Real>(N[i]) * grid_.cell_size(d) / points;
     }
   }
   return lengths;

@@ -140,7 +140,6 @@ Index ParticleBody<Dim, R>::keep_out(const std::vector<Obstacle>& obstacles, con
     ledger.contact_dissipation += report.books.contact_dissipation;
     for (std::size_t d = 0; d < 3; ++d) ledger.boundary_impulse[d] += report.books.boundary_impulse[d];
   }
-  ledger.returned_count += count;
   if (count > 0) settle(Sweep::usl);
   return count;
 }

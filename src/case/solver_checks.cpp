@@ -275,11 +275,13 @@ void choose_scheme(Case& problem, const Input& input) {
   const bool has_fluid = std::any_of(problem.bodies.begin(), problem.bodies.end(), [](const BodySpec& body) {
     return body.material->is_fluid() && body.formulation == Formulation::updated;
   });
-  if (!is_given(given, "shape") && !is_given(given, "quality")) {
+  if (!is_given(given, "shape")) {
     const bool needs_linear = !problem.grid.periodic.empty() || problem.output.grid || solver.contact == ContactMethod::multi_field;
     // Fluids need the smoothest pressures, solids functions that end where they are held (docs/choices.md has the measurements).
     solver.shape = needs_linear ? ShapeKind::linear : has_fluid ? ShapeKind::bspline2 : ShapeKind::gimp;
   }
+  constexpr Real k_accurate_cfl = 0.2;
+  if (solver.is_accurate && !problem.time.dt && !is_given(section_of(input, "time"), "cfl")) problem.time.cfl = k_accurate_cfl;
   // Linear shapes are the textbook's scheme, and stay that.
   if (!solver.co_rotating)
     solver.co_rotating = solver.shape != ShapeKind::linear && solver.transfer == Transfer::flip && solver.stress_order != StressOrder::usf;

@@ -5,33 +5,11 @@
 namespace matpoint {
 namespace {
 
-/// Choices that go together; keys that are given beside override them. Why these: docs/theory.md, "Which combination".
-struct Quality {
-  const char* name;
-  ShapeKind shape;
-  Transfer transfer;
-  StressOrder stress_order;
-  const char* precision;
-};
-constexpr Quality k_qualities[] = {{"robust", ShapeKind::bspline2, Transfer::apic, StressOrder::usl, "double"},
-                                   {"accurate", ShapeKind::bspline2, Transfer::flip, StressOrder::musl, "double"},
-                                   {"fast", ShapeKind::linear, Transfer::flip, StressOrder::musl, "single"}};
-
+/// Both take what does most of the everyday problems rightly (docs/choices.md), which is what a case has that says nothing.
 void read_quality(SolverSpec& solver, const Input& input, const ReadContext& context) {
-  std::string given;
-  read_value(input, context, "quality", any_number(), given);
-  std::vector<std::string> names;
-  for (const Quality& quality : k_qualities) {
-    names.emplace_back(quality.name);
-    if (given != quality.name) continue;
-    solver.shape = quality.shape;
-    solver.transfer = quality.transfer;
-    solver.stress_order = quality.stress_order;
-    solver.precision = quality.precision;
-    return;
-  }
-  fail_input(input, context,
-             fmt::format("quality = {} is unknown, allowed: {}{}", input.text(), list_names(names), did_you_mean(given, names)));
+  check_words({input.kind() == Input::Kind::string ? input.as_string() : ""}, "quality", {"accurate", "fast"}, input, context);
+  solver.is_accurate = input.as_string() == "accurate";
+  if (input.as_string() == "fast") solver.precision = "single";
 }
 
 }  // namespace
@@ -56,10 +34,11 @@ void check_solver(SolverSpec& solver, const Input& input, const ReadContext& con
 
 void SolverSpec::declare(ParameterTable<SolverSpec>& table) {
   // First, so that keys after it override what it chooses; it is written as what it chose.
-  table.custom(
-      {"quality", "1", "string", "", "\"robust\", \"accurate\" or \"fast\"",
-       "Chooses shape, transfer, stress_order and precision together, where they are not given; `matpoint check` prints what.", false},
-      read_quality, [](const SolverSpec&, int) -> std::optional<Input> { return std::nullopt; });
+  table.custom({"quality", "1", "string", "", "\"accurate\" or \"fast\"",
+                "Where they are not given: time.cfl = 0.2 (accurate), or precision = \"single\" (fast). The rest of the scheme is chosen "
+                "well as it is.",
+                false},
+               read_quality, [](const SolverSpec&, int) -> std::optional<Input> { return std::nullopt; });
   table.optional("type", "1", &SolverSpec::type, any_number(), "\"explicit\" or \"implicit\".");
   table.choice("stress_order", &SolverSpec::stress_order,
                {{"usl", StressOrder::usl}, {"usf", StressOrder::usf}, {"musl", StressOrder::musl}},

@@ -124,7 +124,7 @@ kind = "fixed"
                                              "drop"),
                                   "drop"));
   sim.run();
-  EXPECT_EQ(sim.solver().ledger().returned_count, 0);
+  EXPECT_EQ(sim.solver().ledger().contact_dissipation, 0);
 }
 
 }  // namespace
