@@ -55,12 +55,6 @@ struct Correction {
   Vec<Dim> shift{};     ///< Over the slope of the overfill [m^2].
   Vec3 gravity{};       ///< [m/s^2]
 };
-/// What a pass took from the kinetic energy, and the work of moving particles against gravity [J].
-struct CorrectionBooks {
-  Real dissipation = 0;
-  Real work = 0;
-};
-
 template <int Dim>
 class Body {
  public:
@@ -100,8 +94,10 @@ class Body {
   /// Whether it flows, and so may be corrected; and whether its particles are where its material is.
   virtual bool is_fluid() const = 0;
   virtual bool fills_space() const = 0;
-  /// To be called when the nodes hold nothing that is still needed.
-  virtual CorrectionBooks correct(CorrectionPass pass, const Correction<Dim>& correction) = 0;
+  /// At rest [m^2/s].
+  virtual Real kinematic_viscosity() const = 0;
+  /// To be called when the nodes hold nothing that is still needed. Returns the work of moving particles against gravity [J].
+  virtual Real correct(CorrectionPass pass, const Correction<Dim>& correction) = 0;
   /// Integral over the grid of the functions of the nodes along a direction [m].
   virtual std::vector<Real> node_lengths(int d) const = 0;
 

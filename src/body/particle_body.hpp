@@ -49,7 +49,8 @@ class ParticleBody final : public Body<Dim> {
   void measure_gaps(const TileNodes<Dim>& nodes, int axis, bool is_upper, std::vector<Real>& gaps) const override;
   bool is_fluid() const override { return material_->is_fluid() && blocks_->layout().u < 0; }
   bool fills_space() const override { return blocks_->layout().u < 0; }
-  CorrectionBooks correct(CorrectionPass pass, const Correction<Dim>& correction) override;
+  Real kinematic_viscosity() const override { return material_->kinematic_viscosity(1); }
+  Real correct(CorrectionPass pass, const Correction<Dim>& correction) override;
   std::vector<Real> node_lengths(int d) const override;
   Real stable_dt() const override;
   Real greatest_speed() const override;
@@ -108,7 +109,7 @@ class ParticleBody final : public Body<Dim> {
   void seed(const BodySpec& spec, Grid<Dim, R>& grid);
   void measure_spin();
   template <class Shape>
-  CorrectionBooks correct_with(CorrectionPass pass, const Correction<Dim>& correction);
+  Real correct_with(CorrectionPass pass, const Correction<Dim>& correction);
   template <class Shape>
   std::vector<Real> node_lengths_with(int d) const;
   Context make_context(Real dt, Real flip) const;

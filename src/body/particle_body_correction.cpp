@@ -1,6 +1,7 @@
 // What the correction of fluids (explicit/fluid_correction.cpp) does to the particles.
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "body/particle_body.hpp"
 
@@ -14,12 +15,12 @@ constexpr Real k_shift_max = 0.1;
 
 template <int Dim, class R>
 template <class Shape>
-CorrectionBooks ParticleBody<Dim, R>::correct_with(CorrectionPass pass, const Correction<Dim>& correction) {
+Real ParticleBody<Dim, R>::correct_with(CorrectionPass pass, const Correction<Dim>& correction) {
   constexpr int n = Shape::k_nodes;
   constexpr int L = k_lanes<R>;
   const SlotLayout<Dim>& at = blocks_->layout();
   const Real density = material_->density();
-  std::vector<CorrectionBooks> books(blocks_->bands().size());
+  std::vector<Real> work(blocks_->bands().size(), 0);
   for_each_band([&](std::size_t b) {
     Band& band = blocks_->bands()[b];
     blocks_->list_blocks(band);
@@ -70,9 +71,7 @@ CorrectionBooks ParticleBody<Dim, R>::correct_with(CorrectionPass pass, const Co
           R change_of_J = static_cast<R>(correction.relaxation) * (mean_of_J - static_cast<R>(J(p)));
           for (int d = 0; d < Dim; ++d) {
             R& v = fields[(at.v + d) * L];
-            const R filtered = v - static_cast<R>(correction.share) * (v - grid_velocity[d] - rest[d]);
-            books[b].dissipation += 0.5 * static_cast<Real>(m) * static_cast<Real>((v - filtered) * (v + filtered));
-            v = filtered;
+            v -= static_cast<R>(correction.share) * (v - grid_velocity[d] - rest[d]);
             if (is_at_obstacle) continue;
             // Within its cell: then nothing has to be sorted, and no side is passed.
             const auto s = static_cast<std::size_t>(d);
@@ -81,7 +80,7 @@ CorrectionBooks ParticleBody<Dim, R>::correct_with(CorrectionPass pass, const Co
             R& x = fields[(at.x + d) * L];
             const R moved =
                 std::clamp(static_cast<R>(x + std::clamp(wanted, -k_shift_max, k_shift_max)), k_off_line<R>, R(1) - k_off_line<R>);
-            books[b].work -= static_cast<Real>(m) * correction.gravity[s] * static_cast<Real>(moved - x) * h;
+            work[b] -= static_cast<Real>(m) * correction.gravity[s] * static_cast<Real>(moved - x) * h;
             change_of_J += (moved - x) * slope_of_J[d];
             x = moved;
           }
@@ -93,16 +92,11 @@ CorrectionBooks ParticleBody<Dim, R>::correct_with(CorrectionPass pass, const Co
       }
     }
   });
-  CorrectionBooks sum;
-  for (const CorrectionBooks& one : books) {
-    sum.dissipation += one.dissipation;
-    sum.work += one.work;
-  }
-  return sum;
+  return std::accumulate(work.begin(), work.end(), Real{0});
 }
 
 template <int Dim, class R>
-CorrectionBooks ParticleBody<Dim, R>::correct(CorrectionPass pass, const Correction<Dim>& correction) {
+Real ParticleBody<Dim, R>::correct(CorrectionPass pass, const Correction<Dim>& correction) {
   switch (scheme_.shape) {
     case ShapeKind::linear: return correct_with<ShapeLinear<R>>(pass, correction);
     case ShapeKind::bspline2: return correct_with<ShapeBSpline2<R>>(pass, correction);
@@ -110,7 +104,7 @@ CorrectionBooks ParticleBody<Dim, R>::correct(CorrectionPass pass, const Correct
     case ShapeKind::gimp: return correct_with<ShapeGimp<R>>(pass, correction);
     case ShapeKind::cpdi: return correct_with<ShapeConvected<R>>(pass, correction);
   }
-  return {};
+  return 0;
 }
 
 template <int Dim, class R>
@@ -142,8 +136,8 @@ std::vector<Real> ParticleBody<Dim, R>::node_lengths(int d) const {
   }
 }
 
-#define MATPOINT_INSTANTIATE(Dim, R)                                                                     \
-  template CorrectionBooks ParticleBody<Dim, R>::correct(CorrectionPass pass, const Correction<Dim>& c); \
+#define MATPOINT_INSTANTIATE(Dim, R)                                                          \
+  template Real ParticleBody<Dim, R>::correct(CorrectionPass pass, const Correction<Dim>& c); \
   template std::vector<Real> ParticleBody<Dim, R>::node_lengths(int d) const;
 MATPOINT_INSTANTIATE(2, double)
 MATPOINT_INSTANTIATE(3, double)

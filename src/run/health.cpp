@@ -45,6 +45,7 @@ Health::Health(const Snapshot& start) : is_explicit_(!start.problem.is_implicit(
   strain_ = range("strain_energy");
   gravitational_ = range("gravitational_energy");
   transfer_loss_ = range("transfer_loss");
+  filter_dissipation_ = range("filter_dissipation");
   for (std::size_t b = 0; b < start.solver.body_count(); ++b) {
     J_min_.push_back(range(start.solver.body_name(b) + ".J_min"));
     J_max_.push_back(range(start.solver.body_name(b) + ".J_max"));
@@ -60,7 +61,8 @@ void Health::look(const std::vector<Real>& row) {
     range.lowest = std::min(range.lowest, row[range.column]);
     range.highest = std::max(range.highest, row[range.column]);
   };
-  for (Range* range : {&kinetic_, &strain_, &gravitational_, &transfer_loss_}) take(*range);
+  for (Range* range : {&kinetic_, &strain_, &gravitational_, &transfer_loss_, &filter_dissipation_}) take(*range);
+  scheme_loss_.lowest = std::min(scheme_loss_.lowest, row[transfer_loss_.column] + row[filter_dissipation_.column]);
   for (Range& range : J_min_) take(range);
   for (Range& range : J_max_) take(range);
 }
@@ -81,7 +83,7 @@ void Health::add_energy(const Snapshot& now, std::vector<HealthLine>& lines) con
   const Real moved = std::max({kinetic_.highest, strain_.highest, gravitational_.highest - gravitational_.lowest});
   if (!(moved > 0)) return;
   const Real loss = totals.transfer_loss / moved;
-  const Real gain = std::max(-transfer_loss_.lowest, Real{0}) / moved;
+  const Real gain = std::max(-scheme_loss_.lowest, Real{0}) / moved;
   HealthLine line{"energy", "", true, ""};
   const bool has_energy = std::all_of(now.problem.bodies.begin(), now.problem.bodies.end(),
                                       [](const BodySpec& body) { return body.material->law_index() >= 0; });

@@ -30,7 +30,9 @@ class Health {
   void add_particles(const Snapshot& now, std::vector<HealthLine>& lines) const;
 
   bool is_explicit_;
-  Range kinetic_, strain_, gravitational_, transfer_loss_;
+  Range kinetic_, strain_, gravitational_;
+  /// What the scheme took: the transfers, and the correction of fluids, which takes again what these make of a splash.
+  Range transfer_loss_, filter_dissipation_, scheme_loss_;
   std::vector<Range> J_min_;  ///< Per body.
   std::vector<Range> J_max_;
   std::vector<Real> volume_;  ///< Of each body at the start [m^dim].

@@ -170,7 +170,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongInput{"quality",
                    "flip = 1",
                    "quality = \"fasst\"",
-                   {"solver: quality = \"fasst\" is unknown, allowed: \"accurate\" or \"fast\"", "did you mean \"fast\"?"}},
+                   {"solver: quality: \"fasst\" is unknown, allowed: \"accurate\" or \"fast\"", "did you mean \"fast\"?"}},
         WrongInput{"fmpm_order_of_flip", "flip = 1", "fmpm_order = 3", {"solver: fmpm_order is for transfer = \"fmpm\" only"}},
         WrongInput{"fmpm_order_zero",
                    "flip = 1",
