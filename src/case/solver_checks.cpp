@@ -280,8 +280,7 @@ void choose_scheme(Case& problem, const Input& input) {
     // Fluids need the smoothest pressures, solids functions that end where they are held (docs/choices.md has the measurements).
     solver.shape = needs_linear ? ShapeKind::linear : has_fluid ? ShapeKind::bspline2 : ShapeKind::gimp;
   }
-  constexpr Real k_accurate_cfl = 0.2;
-  if (solver.is_accurate && !problem.time.dt && !is_given(section_of(input, "time"), "cfl")) problem.time.cfl = k_accurate_cfl;
+  if (solver.quality_cfl && !problem.time.dt && !is_given(section_of(input, "time"), "cfl")) problem.time.cfl = *solver.quality_cfl;
   // Linear shapes are the textbook's scheme, and stay that.
   if (!solver.co_rotating)
     solver.co_rotating = solver.shape != ShapeKind::linear && solver.transfer == Transfer::flip && solver.stress_order != StressOrder::usf;

@@ -5,11 +5,14 @@
 namespace matpoint {
 namespace {
 
-/// Both take what does most of the everyday problems rightly (docs/choices.md), which is what a case has that says nothing.
+/// All take what does most of the everyday problems rightly (docs/choices.md), which is what a case has that says nothing.
 void read_quality(SolverSpec& solver, const Input& input, const ReadContext& context) {
-  check_words({input.kind() == Input::Kind::string ? input.as_string() : ""}, "quality", {"accurate", "fast"}, input, context);
-  solver.is_accurate = input.as_string() == "accurate";
-  if (input.as_string() == "fast") solver.precision = "single";
+  const std::string given = input.kind() == Input::Kind::string ? input.as_string() : "";
+  check_words({given}, "quality", {"robust", "accurate", "fast"}, input, context);
+  solver.quality_cfl.reset();
+  if (given == "robust") solver.quality_cfl = 0.1;
+  if (given == "accurate") solver.quality_cfl = 0.2;
+  if (given == "fast") solver.precision = "single";
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ struct SolverSpec {
   std::optional<Real> mass_cutoff;
   std::string mass_cutoff_place;  ///< Where either of the two stands in the case file, for messages.
   std::string precision = "double";
-  bool is_accurate = false;  ///< quality = "accurate": choose_scheme then shortens the steps.
+  std::optional<Real> quality_cfl;  ///< What quality chose; choose_scheme then shortens the steps.
   static void declare(ParameterTable<SolverSpec>& table);
 };
 

@@ -11,7 +11,7 @@ namespace matpoint {
 namespace {
 
 const std::vector<EverydaySetting> k_settings = {
-    {"default", {}}, {"accurate", {"solver.quality=accurate"}}, {"fast", {"solver.quality=fast"}}};
+    {"default", {}}, {"robust", {"solver.quality=robust"}}, {"accurate", {"solver.quality=accurate"}}, {"fast", {"solver.quality=fast"}}};
 
 /// Rows that settings miss today; they are printed as goals. Whatever mends one takes it out of here.
 bool is_missed(const std::string& quantity) {
@@ -21,7 +21,6 @@ bool is_missed(const std::string& quantity) {
            "long_box_pressure",
            "box_pressure",          // .03 to .08 of rho g H where .05 is asked for: the second row of nodes has 9 % too little
            "dam_front_difference",  // 1.4 % to c = 1483 m/s where 1 % is asked for; 0.3 % to 200 m/s
-           "obstacle_way",          // .0501 m, and published curves have .041 to .048
        }) {
     if (quantity.starts_with(name)) return true;
   }

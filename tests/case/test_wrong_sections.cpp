@@ -170,7 +170,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongInput{"quality",
                    "flip = 1",
                    "quality = \"fasst\"",
-                   {"solver: quality: \"fasst\" is unknown, allowed: \"accurate\" or \"fast\"", "did you mean \"fast\"?"}},
+                   {"solver: quality: \"fasst\" is unknown, allowed: \"robust\", \"accurate\" or \"fast\"", "did you mean \"fast\"?"}},
         WrongInput{"fmpm_order_of_flip", "flip = 1", "fmpm_order = 3", {"solver: fmpm_order is for transfer = \"fmpm\" only"}},
         WrongInput{"fmpm_order_zero",
                    "flip = 1",
@@ -343,6 +343,7 @@ TEST(Quality, chooses_what_is_not_given) {
   }
   EXPECT_EQ(accurate.solver.precision, "double");
   EXPECT_EQ(accurate.time.cfl, 0.2);
+  EXPECT_EQ(read({"solver.quality=robust"}).time.cfl, 0.1);
   EXPECT_EQ(fast.solver.precision, "single");
   EXPECT_EQ(fast.time.cfl, none.time.cfl);
   // What is given counts, and what is written gives the same again.
