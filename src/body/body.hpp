@@ -55,6 +55,7 @@ struct Correction {
   Vec<Dim> shift{};     ///< Over the slope of the overfill [m^2].
   Vec3 gravity{};       ///< [m/s^2]
 };
+
 template <int Dim>
 class Body {
  public:
@@ -105,7 +106,7 @@ class Body {
   virtual std::vector<NodeSurface<Dim>> surfaces(const TileNodes<Dim>& nodes) const = 0;
   /// For fluids: which particles are in obstacles from the start, and so may stay there.
   virtual void note_inside(const std::vector<Obstacle>& obstacles) = 0;
-  /// For fluids: puts particles that have entered an obstacle back to where they came from, without a velocity into it, and books it.
+  /// For fluids: puts particles that have entered an obstacle back to the nearest place outside, without a velocity into it, and books it.
   /// Returns how many.
   virtual Index keep_out(const std::vector<Obstacle>& obstacles, const Vec3& gravity, Ledger& ledger) = 0;
 

@@ -11,7 +11,8 @@ namespace matpoint {
 namespace {
 
 // A turn that moves nodes by less than this share of the body's speed, a cell away, is rounding.
-constexpr Real k_rounding = 1e-12;
+template <class R>
+constexpr Real k_rounding = sizeof(R) == 8 ? 1e-12 : 1e-6;
 
 struct Moments {
   Real mass = 0;
@@ -92,7 +93,7 @@ void ParticleBody<Dim, R>::measure_spin() {
       largest = std::max(largest, std::abs(spin[d][c]) * grid_.cell_size(c));
     }
   }
-  spin_.is_used = largest > k_rounding * greatest_speed();
+  spin_.is_used = largest > k_rounding<R> * greatest_speed();
 }
 
 template void ParticleBody<2, double>::measure_spin();

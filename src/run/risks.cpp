@@ -119,6 +119,12 @@ void find_unsafe_schemes(const Case& problem, const Solver& solver, std::vector<
           "\"musl\", or shape = \"bspline2\"");
     }
   }
+  for (const BodySpec& body : problem.bodies) {
+    if (!body.has_fbar || !scheme.fluid_correction.value_or(false)) continue;
+    if (!body.material->is_fluid() || body.formulation == Formulation::total) continue;
+    risks.push_back(fmt::format(
+        "body \"{}\": fbar does nothing with solver.fluid_correction, which smooths the pressure of fluids; leave it out", body.name));
+  }
   if (scheme.stress_order == StressOrder::musl && scheme.damping > 0) {
     risks.push_back(fmt::format(
         "stress_order = \"musl\" with damping drifts away from the state of rest; use stress_order = \"{}\" for damped problems",

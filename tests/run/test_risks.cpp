@@ -54,6 +54,16 @@ TEST(Risks, one_particle_in_a_cell_is_too_few_for_linear_shapes) {
   EXPECT_EQ(warnings_of(read(k_two_blocks, mended), "in a cell"), 0u);
 }
 
+TEST(Risks, fbar_of_a_fluid_that_is_corrected_is_named) {
+  const std::vector<std::string> water = {"body.b.region.lower=[1, 0.3]", "body.b.fbar=true",
+                                          "body.b.material={type=\"newtonian_fluid\",density=1000,pressure_scale=1e5}"};
+  EXPECT_EQ(warnings_of(read(k_two_blocks, water), "body \"b\": fbar does nothing"), 1u);
+  std::vector<std::string> alone = water;
+  alone.push_back("solver.fluid_correction=false");
+  EXPECT_EQ(warnings_of(read(k_two_blocks, alone), "fbar"), 0u);
+  EXPECT_EQ(warnings_of(read(k_two_blocks, {"body.b.region.lower=[1, 0.3]", "body.b.fbar=true"}), "fbar"), 0u);
+}
+
 TEST(Risks, schemes_that_light_nodes_upset_are_named_with_what_would_do) {
   const std::vector<std::string> apart = {"solver.shape=linear", "body.b.region.lower=[1, 0.3]"};
   const auto with = [&](std::vector<std::string> sets) {
