@@ -2,11 +2,17 @@
 // deformed, which particles were lost. Bounds and why they are what they are: docs/theory.md, "The health of a run".
 #pragma once
 
+#include <algorithm>
 #include <limits>
 
 #include "io/snapshot.hpp"
 
 namespace matpoint {
+
+/// Energy [J] of the motion of particles inside single cells that no velocity linear in place describes. The grid cannot resolve it, so
+/// what is in it can be noise only. Positions and velocities one after the other, `dim` numbers each; cells as wide as given.
+Real unresolved_energy(const std::vector<Real>& positions, const std::vector<Real>& velocities, const std::vector<Real>& masses, int dim,
+                       const Vec3& cell_size);
 
 class Health {
  public:
@@ -25,6 +31,9 @@ class Health {
     Real highest = -std::numeric_limits<Real>::infinity();
   };
   void add_energy(const Snapshot& now, std::vector<HealthLine>& lines) const;
+  void add_noise(const Snapshot& now, std::vector<HealthLine>& lines) const;
+  /// The greatest energy that was in motion, strain or height, of those that came and went [J].
+  Real moved_energy() const { return std::max({kinetic_.highest, strain_.highest, gravitational_.highest - gravitational_.lowest}); }
   void add_momentum(const Snapshot& now, std::vector<HealthLine>& lines) const;
   void add_bodies(const Snapshot& now, std::vector<HealthLine>& lines) const;
   void add_particles(const Snapshot& now, std::vector<HealthLine>& lines) const;

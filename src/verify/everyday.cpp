@@ -20,12 +20,16 @@ bool is_missed(const std::string& quantity) {
            "ball_stress",  // .16 to .19 of the root mean square where .15 is asked for
            "long_box_pressure",
            "box_pressure",          // .03 to .08 of rho g H where .05 is asked for: the second row of nodes has 9 % too little
+           "fine_ball_lowest",      // .1016 to .1018 m where .1013 is asked for
            "dam_front_difference",  // 1.4 % to c = 1483 m/s where 1 % is asked for; 0.3 % to 200 m/s
        }) {
     if (quantity.starts_with(name)) return true;
   }
   // 1.4e-6 m in single precision; and .1035 m, .0002 beyond the bound, with steps of a quarter, which show the error of the cells alone.
   // In single precision still water sinks by 8 % in 20 s.
+  // On 8 cells in its height FLIP shakes the stretched skin of the long cantilever until it tears with the default step (19 to 22 pieces
+  // after 3 s); the run says so (the health of a run: noise), and solver.transfer = "apic" does not.
+  if (quantity.starts_with("fine_cantilever") && (quantity.ends_with("default") || quantity.ends_with("fast"))) return true;
   return quantity == "sliding_region_spread_fast" || quantity == "ball_lowest_robust" || quantity == "long_still_centre_fast";
 }
 
@@ -68,6 +72,12 @@ Range run_with_energy(Simulation& sim) {
   return range;
 }
 
+Measured with_prefix(const std::string& prefix, const Measured& measured) {
+  Measured renamed;
+  for (const auto& [name, value] : measured) renamed[prefix + name] = value;
+  return renamed;
+}
+
 int pieces(const Simulation& sim, std::size_t body, Real distance) {
   const std::vector<Real> x = sim.solver().field(body, "position").values;
   const std::size_t n = x.size() / 2;
@@ -93,7 +103,7 @@ int pieces(const Simulation& sim, std::size_t body, Real distance) {
 
 void add_everyday(VerifySuite& suite, const Sets& numerics) {
   std::vector<EverydayProblem> problems;
-  for (const auto& some : {everyday_motion(), everyday_walls(), everyday_solids(), everyday_fluids()})
+  for (const auto& some : {everyday_motion(), everyday_walls(), everyday_solids(), everyday_fluids(), everyday_frames()})
     problems.insert(problems.end(), some.begin(), some.end());
   const std::vector<EverydaySetting> settings = numerics.empty() ? k_settings : std::vector<EverydaySetting>{{"given", numerics}};
   for (const EverydayProblem& problem : problems) {

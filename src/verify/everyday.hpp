@@ -24,6 +24,7 @@ std::vector<EverydayProblem> everyday_motion();
 std::vector<EverydayProblem> everyday_walls();
 std::vector<EverydayProblem> everyday_solids();
 std::vector<EverydayProblem> everyday_fluids();
+std::vector<EverydayProblem> everyday_frames();
 
 /// A case from TOML text with a setting, and changes of what is not numerical.
 Case everyday_case(const std::string& text, const EverydaySetting& setting, Sets sets = {});
@@ -32,6 +33,9 @@ Case everyday_case(const std::string& text, const EverydaySetting& setting, Sets
 Real total_energy(const Simulation& sim);
 /// Runs, and sees that energy after every step over the one at the start.
 Range run_with_energy(Simulation& sim);
+
+/// Of the same problem on more cells, in 3D or for longer: a prefix for all names.
+Measured with_prefix(const std::string& prefix, const Measured& measured);
 
 /// Groups of particles that are nearer to each other than `distance` [m]: 1 for a body in one piece.
 int pieces(const Simulation& sim, std::size_t body, Real distance);

@@ -39,6 +39,39 @@ material = {{ type = "neo_hookean", density = 7800, youngs_modulus = {}, poisson
   return measured;
 }
 
+/// The same in 3D.
+Measured free_fall_of_a_sphere(const EverydaySetting& setting) {
+  Measured measured;
+  for (const char* E : {"1e5", "2e11"}) {
+    Simulation sim(everyday_case(fmt::format(R"(
+dim = 3
+gravity = [0, 0, -9.81]
+[grid]
+upper = [1, 1, 2]
+cells = [10, 10, 20]
+[time]
+end = 0.4515236409857309
+[[body]]
+name = "ball"
+region = {{ type = "sphere", center = [0.5, 0.5, 1.6], radius = 0.2 }}
+layout = {{ type = "per_cell", count = 8 }}
+material = {{ type = "neo_hookean", density = 7800, youngs_modulus = {}, poissons_ratio = 0.3 }}
+)",
+                                             E),
+                                 setting));
+    Real squares = 0;
+    sim.add_callback([&](const Simulation& now) {
+      squares += now.last_dt() * now.last_dt();
+      return true;
+    });
+    const Real start = sim.solver().totals(0).center_of_mass[2];
+    sim.run();
+    const Real way = start - sim.solver().totals(0).center_of_mass[2];
+    measured["free_fall_3d_" + std::string(E)] = std::min(std::abs(way - 1), std::abs(way - 1 - 0.5 * 9.81 * squares));
+  }
+  return measured;
+}
+
 /// Free flight over 20 cells at .4 of the speed of sound: nothing happens to the disk.
 Measured free_flight(const EverydaySetting& setting) {
   Measured measured{{"flight_momentum", 0}, {"flight_energy", 0}, {"flight_J", 0}};
@@ -199,6 +232,11 @@ std::vector<EverydayProblem> everyday_motion() {
                  at_most("free_fall_2e11", 1e-6, "g t^2 / 2")};
        },
        6e6},
+      {"free fall of a steel sphere", free_fall_of_a_sphere,
+       [](bool) -> std::vector<VerifyRow> {
+         return {at_most("free_fall_3d_1e5", 1e-6, "g t^2 / 2"), at_most("free_fall_3d_2e11", 1e-6, "g t^2 / 2")};
+       },
+       2e7, false},
       {"free flight over 20 cells", free_flight,
        [](bool is_single) -> std::vector<VerifyRow> {
          const Real bound = is_single ? 1e-4 : 1e-10;

@@ -47,13 +47,14 @@ friction = 0.3
   return measured;
 }
 
-Measured sliding_stop(const EverydaySetting& setting) {
+/// On the bottom, and on the surface of a region at every line of the lower half of a grid.
+Measured sliding_stop(const EverydaySetting& setting, int cells) {
   const auto way = [&](Real floor, const std::string& boundary) {
     Simulation sim(everyday_case(fmt::format(R"(
 gravity = [0, -9.81]
 [grid]
 upper = [2, 1]
-cells = [20, 10]
+cells = [{4}, {5}]
 [time]
 end = 0.5
 [[body]]
@@ -68,7 +69,7 @@ kind = "fixed"
 contact = "friction"
 friction = 0.3
 )",
-                                             floor, floor + 0.4, k_everyday_solid, boundary),
+                                             floor, floor + 0.4, k_everyday_solid, boundary, 2 * cells, cells),
                                  setting));
     const Real start = sim.solver().totals(0).center_of_mass[0];
     sim.run();
@@ -76,8 +77,8 @@ friction = 0.3
   };
   Measured measured{{"sliding_side", way(0, "side = \"bottom\"")}};
   Range lines;
-  for (int k = 1; k <= 5; ++k) {
-    for (const Real y : {k / 10.0, k * 0.1}) {
+  for (int k = 1; k <= cells / 2; ++k) {
+    for (const Real y : {k / static_cast<Real>(cells), k * (1 / static_cast<Real>(cells))}) {
       lines.include(way(y, fmt::format("region = {{ type = \"box\", lower = [-0.1, -0.1], upper = [2.1, {}] }}", y)));
     }
   }
@@ -86,24 +87,25 @@ friction = 0.3
   return measured;
 }
 
-Measured flat_landing(const EverydaySetting& setting) {
-  Simulation sim(everyday_case(R"(
+Measured flat_landing(const EverydaySetting& setting, int cells) {
+  Simulation sim(everyday_case(fmt::format(R"(
 gravity = [0, -9.81]
 [grid]
 upper = [2, 1.5]
-cells = [80, 60]
+cells = [{}, {}]
 [time]
 end = 0.25
 [[body]]
 name = "block"
-region = { type = "box", lower = [0.35, 0.3], upper = [0.65, 0.6] }
-layout = { type = "per_cell", count = 4 }
-velocity = { type = "uniform", value = [0.4, -3] }
-material = { type = "neo_hookean", density = 2700, youngs_modulus = 1e8, poissons_ratio = 0.3 }
+region = {{ type = "box", lower = [0.35, 0.3], upper = [0.65, 0.6] }}
+layout = {{ type = "per_cell", count = 4 }}
+velocity = {{ type = "uniform", value = [0.4, -3] }}
+material = {{ type = "neo_hookean", density = 2700, youngs_modulus = 1e8, poissons_ratio = 0.3 }}
 [[boundary]]
 side = "bottom"
 contact = "no_tension"
 )",
+                                           cells, cells * 3 / 4),
                                setting));
   const std::vector<Real> X = sim.solver().field(0, "position").values;
   const BodyTotals start = sim.solver().totals(0);
@@ -245,6 +247,33 @@ material = {{ type = "newtonian_fluid", density = 1000, pressure_scale = 57142.8
                                  [](Real x, Real) { return x > 0.55; })}};
 }
 
+/// A soft block falls on a step whose top is a line of the grid, and is damped: how far its lowest particle is above the step.
+Measured on_a_step(const EverydaySetting& setting) {
+  Simulation sim(everyday_case(R"(
+gravity = [0, -9.81]
+[grid]
+upper = [1, 1]
+cells = [10, 10]
+[time]
+end = 1.5
+dt = 2e-4
+[solver]
+stress_order = "musl"
+damping = 10
+[[body]]
+name = "block"
+region = { type = "box", lower = [0.4, 0.45], upper = [0.6, 0.65] }
+layout = { type = "per_cell", count = 16 }
+material = { type = "neo_hookean", density = 1000, youngs_modulus = 2e5, poissons_ratio = 0.3 }
+[[boundary]]
+region = { type = "box", lower = [0.2, 0], upper = [0.8, 0.3] }
+kind = "fixed"
+)",
+                               setting));
+  sim.run();
+  return {{"step_gap", sim.solver().totals(0).lower[1] - 0.3}};
+}
+
 }  // namespace
 
 std::vector<EverydayProblem> everyday_walls() {
@@ -255,13 +284,13 @@ std::vector<EverydayProblem> everyday_walls() {
                  within("ramp_1e9", 0.15, 0.0015, "Coulomb")};
        },
        3e6},
-      {"a block slides to rest", sliding_stop,
+      {"a block slides to rest", [](const EverydaySetting& setting) { return sliding_stop(setting, 10); },
        [](bool) -> std::vector<VerifyRow> {
          return {within("sliding_side", 0.1699, 0.0017, "v^2 / (2 mu g)"), within("sliding_region", 0.1699, 0.0017, "v^2 / (2 mu g)"),
                  at_most("sliding_region_spread", 1e-6, "all lines of a grid are alike")};
        },
        1e6},
-      {"a flat block lands flat", flat_landing,
+      {"a flat block lands flat", [](const EverydaySetting& setting) { return flat_landing(setting, 80); },
        [](bool) -> std::vector<VerifyRow> {
          return {at_most("landing_angle", 1, "no torque acts"), within("landing_restitution", 0.785, 0.05 * 0.785, k_fe)};
        },
@@ -278,6 +307,21 @@ std::vector<EverydayProblem> everyday_walls() {
                  at_most("passed_wall", 0, "nothing passes")};
        },
        5e6},
+      {"a block comes to rest on a step", on_a_step,
+       [](bool) -> std::vector<VerifyRow> { return {within("step_gap", 0.05, 0.05, "it rests on the step, within a cell")}; }, 2e5},
+      {"a flat block lands flat, 24 cells a side",
+       [](const EverydaySetting& setting) { return with_prefix("fine_", flat_landing(setting, 160)); },
+       [](bool) -> std::vector<VerifyRow> {
+         return {at_most("fine_landing_angle", 1, "no torque acts"), within("fine_landing_restitution", 0.785, 0.03 * 0.785, k_fe)};
+       },
+       2e7, false},
+      {"a block slides to rest on 20 lines", [](const EverydaySetting& setting) { return with_prefix("fine_", sliding_stop(setting, 40)); },
+       [](bool) -> std::vector<VerifyRow> {
+         return {within("fine_sliding_side", 0.1699, 0.0017, "v^2 / (2 mu g)"),
+                 within("fine_sliding_region", 0.1699, 0.0017, "v^2 / (2 mu g)"),
+                 at_most("fine_sliding_region_spread", 1e-6, "all lines of a grid are alike")};
+       },
+       1e8, false},
   };
 }
 

@@ -1,0 +1,168 @@
+"""Every command and code block of the README and of the docs runs, in order; what takes minutes runs for one step.
+
+Blocks that other tests run whole: the tutorials (test_api_docs.py), the case file page (test_docs.py).
+"""
+
+import math
+import os
+import re
+import shlex
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from conftest import HAS_MODULE, ROOT
+
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("**/*.md"))]
+# What sets the machine up, which is what runs these tests, and what takes an hour.
+NOT_HERE = {
+    "scripts/quickstart",
+    "scripts/test",
+    "sudo apt-get install python3-dev && pip install .",
+    "sudo apt-get install python3-dev",
+    "git clone <the repository> matpoint && cd matpoint",
+    "python3 -m venv ~/mpm && . ~/mpm/bin/activate",
+    "pip install .",
+    "cmake --build --preset dev && build/dev/test_material",
+}
+TESTED_ELSEWHERE = {"docs/tutorial.md", "docs/tutorial_implicit.md", "docs/tutorial_coupling.md", "docs/case_file.md"}
+
+
+def blocks(page: Path, language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```", page.read_text(), re.M | re.S)
+
+
+def commands(page: Path) -> list[str]:
+    lines = "".join(blocks(page, "sh")).replace("\\\n", " ").splitlines()
+    return [command for line in lines if (command := re.sub(r"\s+#.*", "", line).strip())]
+
+
+def name(page: Path) -> str:
+    return str(page.relative_to(ROOT))
+
+
+def test_every_kind_of_block_is_run_by_some_test():
+    for page in PAGES:
+        kinds = set(re.findall(r"^```(\S+)$", page.read_text(), re.M)) - {"{toctree}", "{eval-rst}"}
+        assert kinds <= {"sh", "toml", "python", "cpp"}, f"{name(page)}: who runs a block of {kinds}?"
+        if "cpp" in kinds:
+            assert name(page) in {"docs/add_a_material.md", "docs/architecture.md"}, name(page)
+        if "python" in kinds:
+            assert name(page) in TESTED_ELSEWHERE | {"README.md", "docs/python.md", "docs/opening_results.md"}, name(page)
+        if "toml" in kinds:
+            assert name(page) in TESTED_ELSEWHERE | {"README.md", "docs/coupling.md", "docs/add_a_material.md"}, name(page)
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if commands(page)], ids=name)
+def test_every_command_works(matpoint, tmp_path, page):
+    for number, file in enumerate(blocks(page, "toml")):
+        (tmp_path / ("sag.toml" if number == 0 else f"{number}.toml")).write_text(file)
+    for command in commands(page):
+        if command in NOT_HERE:
+            continue
+        words = shlex.split(command)
+        assert words[0] == "matpoint", f"{name(page)}: nobody tries {command}"
+        if words[1] == "run":
+            words += ["--overwrite"]
+            if "sag" not in words[2]:  # the page's own file, which is small
+                checked = matpoint("check", *words[2:-1])
+                assert checked.returncode == 0, f"{name(page)}: {command}\n{checked.stderr}"
+                step = re.search(r"# time step +(\S+) s", checked.stdout)[1]
+                words += ["--set", f"time.end={float(step) * 1.5}"]
+        if words[1] == "verify":
+            words += ["--list"]
+        if words[1] == "bench":
+            words += ["tiny", "--repetitions", "1"]
+        if words[1] == "plot" and "--times" in words:
+            words = words[: words.index("--times")]  # times that the short run has not
+        done = matpoint(*words[1:])
+        assert done.returncode == 0, f"{name(page)}: {command}\n{done.stderr}"
+
+
+def test_the_first_case_of_the_readme_has_no_warning(matpoint, tmp_path):
+    (tmp_path / "ball.toml").write_text(blocks(ROOT / "README.md", "toml")[0])
+    done = matpoint("run", "ball.toml")
+    assert done.returncode == 0 and done.stderr.count("warning") == 0, done.stderr
+    assert (tmp_path / "results/ball/manifest.toml").read_text().count("good = true") >= 4
+
+
+def test_the_plate_of_the_coupling_page_is_read(matpoint, tmp_path):
+    grid = (
+        "[grid]\nlower = [-2, -3.2]\nupper = [22, 5]\ncells = [30, 41]\nlines_y = ["
+        + ", ".join(str(round(-3.2 + 0.2 * k, 10)) for k in range(42))
+        + ']\n[time]\nend = 0.01\ndt = 0.01\n[solver]\ntype = "implicit"\nbasis = "element"\n'
+    )
+    (tmp_path / "plate.toml").write_text(
+        grid + blocks(ROOT / "docs/coupling.md", "toml")[0] + '[[boundary]]\nside = "left"\nkind = "fixed"\n'
+    )
+    done = matpoint("check", "plate.toml")
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.skipif(not HAS_MODULE, reason="the build has no Python module")
+def test_the_python_of_the_readme_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    exec(blocks(ROOT / "README.md", "python")[0], names)  # noqa: S102
+    assert names["velocity"].shape == (316, 2)
+
+
+@pytest.mark.skipif(not HAS_MODULE, reason="the build has no Python module")
+def test_the_python_page_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    import matpoint as mp
+    import numpy as np
+
+    case, run, state, functions, callback, plots = blocks(ROOT / "docs/python.md", "python")
+    names = {}
+    exec(case, names)  # noqa: S102
+    assert (tmp_path / "ball.toml").exists()
+    exec(run.replace("simulation.run(output=", "simulation = case.build(); simulation.run(output="), names)  # noqa: S102
+    exec(state, names)  # noqa: S102
+    array = np.array([[0.5, 0.5], [0.6, 0.5]])
+    parts = {"mp": mp, "np": np, "math": math, "array": array, "stress": lambda F: F - np.eye(3)}
+    for line in functions.splitlines():
+        exec(line.replace("..., ", "").replace("x, t: ...", "x, t: 0 * x"), parts)  # noqa: S102
+    names["simulation"] = names["case"].build()
+    exec(callback, names)  # noqa: S102
+    end = names["simulation"].run()
+    assert names["simulation"].time <= 1.0 + 1e-2, end
+    shown = []
+    monkeypatch.setattr("pyvista.DataSet.plot", lambda *_, **words: shown.append(words), raising=False)
+    monkeypatch.setattr("pyvista.PolyData.plot", lambda *_, **words: shown.append(words), raising=False)
+    exec(plots, names)  # noqa: S102
+    assert shown and (tmp_path / "ball.gif").stat().st_size > 1000
+
+
+def test_results_open_as_the_page_says(matpoint, tmp_path, monkeypatch):
+    assert matpoint("run", "disks", "--set", 'output.formats=["vtkhdf", "vtu"]').returncode == 0
+    monkeypatch.chdir(tmp_path)
+    paraview, pyvista, vtk = blocks(ROOT / "docs/opening_results.md", "python")
+    compile(paraview, "paraview", "exec")  # ParaView brings an interpreter of its own
+    exec(vtk, {})  # noqa: S102
+    pytest.importorskip("pyvista")
+    exec(pyvista, {})  # noqa: S102
+    assert (tmp_path / "disks.png").stat().st_size > 10_000
+
+
+def test_the_page_on_materials_compiles_as_printed(tmp_path):
+    """Both headers and the list of laws, over the tree's own, through everything that runs over all laws."""
+    page = ROOT / "docs/add_a_material.md"
+    header, laws, damaged = blocks(page, "cpp")
+    tuple_of_tree = re.search(r"tuple<(.*)>", (ROOT / "src/material/laws.hpp").read_text())[1]
+    assert f"tuple<{tuple_of_tree}, MooneyRivlin>" in laws
+    over = tmp_path / "material"
+    shutil.copytree(ROOT / "src/material", over)
+    (over / "mooney_rivlin.hpp").write_text(header)
+    (over / "damaged_neo_hookean.hpp").write_text(damaged)
+    text = (over / "laws.hpp").read_text()
+    text = text.replace(
+        "#include <tuple>\n", '#include <tuple>\n\n#include "material/damaged_neo_hookean.hpp"\n#include "material/mooney_rivlin.hpp"'
+    )
+    (over / "laws.hpp").write_text(text.replace(f"tuple<{tuple_of_tree}>", f"tuple<{tuple_of_tree}, MooneyRivlin, DamagedNeoHookean>"))
+    compiler = os.environ.get("CXX", "c++")
+    for source in ("registry.cpp", "tangent.cpp"):
+        words = ["-std=c++20", "-fsyntax-only", "-DFMT_SHARED", f"-I{tmp_path}", f"-I{ROOT / 'src'}", "-isystem", "/usr/include/eigen3"]
+        done = subprocess.run([compiler, *words, str(over / source)], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr[-3000:]
