@@ -142,6 +142,13 @@ class PythonSimulation {
     require_between_steps();
     record(history_row(simulation_));
   }
+  std::vector<std::tuple<std::string, std::vector<Real>, std::vector<Real>, Real>> boundaries() const {
+    std::vector<std::tuple<std::string, std::vector<Real>, std::vector<Real>, Real>> all;
+    const auto vector = [&](const Vec3& v) { return std::vector<Real>(v.begin(), v.begin() + simulation_.solver().dim()); };
+    for (const BoundaryTotals& one : simulation_.solver().boundaries())
+      all.emplace_back(one.name, vector(one.force), vector(one.impulse), one.work);
+    return all;
+  }
   std::vector<std::tuple<std::string, std::string, bool, std::string>> health() const {
     require_between_steps();
     std::vector<std::tuple<std::string, std::string, bool, std::string>> lines;
@@ -293,6 +300,7 @@ void bind_simulation(nb::module_& m) {
       .def("step", &S::step, nb::arg("count"))
       .def("add_callback", &S::add_callback, nb::arg("function"), nb::arg("every_steps"), nb::arg("every_time"), nb::arg("every_wall"))
       .def("history", &S::history)
+      .def("boundaries", &S::boundaries)
       .def("health", &S::health)
       .def("record", &S::record_now)
       .def("history_names", &S::history_names)

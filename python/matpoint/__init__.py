@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from matpoint.simulation import set_threads as set_threads
     from matpoint.simulation import threads as threads
     from matpoint.state import BodyState as BodyState
+    from matpoint.state import BoundaryState as BoundaryState
     from matpoint.state import FieldArray as FieldArray
     from matpoint.state import GridState as GridState
 
@@ -57,6 +58,7 @@ _homes = {
     "Results": "results",
     "ResultsError": "errors",
     "BodyState": "state",
+    "BoundaryState": "state",
     "FieldArray": "state",
     "GridState": "state",
     "HealthLine": "health",

@@ -21,7 +21,7 @@ from matpoint.history import History
 from matpoint.parts import empty_section, part_of
 from matpoint.progress import Progress
 from matpoint.scene import Scene
-from matpoint.state import BodyState, GridState
+from matpoint.state import BodyState, BoundaryState, GridState
 
 _TABLES = ("grid", "time", "solver", "output")
 _LISTS = ("body", "boundary", "probe")
@@ -293,6 +293,13 @@ class Simulation:
     def bodies(self) -> dict[str, BodyState]:
         """The bodies by name, in the order of the case."""
         return {name: BodyState(self, index, name) for index, name in enumerate(self._core.body_names())}
+
+    @property
+    def boundaries(self) -> dict[str, BoundaryState]:
+        """What each boundary does to the bodies, by its name or side, in the order of the case; implicit solver only, else empty."""
+        return {
+            name: BoundaryState(np.array(force), np.array(impulse), work) for name, force, impulse, work in self._core.boundaries()
+        }
 
     @property
     def grid(self) -> GridState:

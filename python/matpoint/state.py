@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,7 +19,21 @@ from matpoint.scene import Particles
 if TYPE_CHECKING:
     import pyvista
 
-__all__ = ["BodyState", "FieldArray", "GridState"]
+__all__ = ["BodyState", "BoundaryState", "FieldArray", "GridState"]
+
+
+class BoundaryState(NamedTuple):
+    """What one boundary does to the bodies.
+
+    Attributes:
+        force: On the bodies, in the last step, shape (dim,) [N].
+        impulse: Force times time since the start, shape (dim,) [N s]; 0 in statics.
+        work: Done on the bodies since the start [J].
+    """
+
+    force: Floats
+    impulse: Floats
+    work: float
 
 
 class FieldArray(NDArray[np.float64] if TYPE_CHECKING else np.ndarray):  # type: ignore[misc]

@@ -1,5 +1,7 @@
 #include "case/boundary_spec.hpp"
 
+#include <set>
+
 #include "case/case_reading.hpp"
 #include "core/interpolate.hpp"
 
@@ -86,7 +88,41 @@ void check_boundary(BoundarySpec& boundary, const Input& input, const ReadContex
   }
 }
 
+std::vector<std::string> boundary_names(const std::vector<BoundarySpec>& boundaries) {
+  std::set<std::string> taken;
+  std::vector<std::string> names;
+  const auto fail = [](const BoundarySpec& boundary, const std::string& message) {
+    throw InputError("{}{}{}", boundary.place, boundary.place.empty() ? "" : ": ", message);
+  };
+  for (const BoundarySpec& boundary : boundaries) {
+    if (!boundary.name.empty() && !taken.insert(boundary.name).second)
+      fail(boundary, fmt::format("two boundaries have the name \"{}\"; give each its own", boundary.name));
+  }
+  for (std::size_t b = 0; b < boundaries.size(); ++b) {
+    const BoundarySpec& boundary = boundaries[b];
+    names.push_back(!boundary.name.empty()                                      ? boundary.name
+                    : !boundary.side.empty() && taken.count(boundary.side) == 0 ? boundary.side
+                                                                                : fmt::format("boundary_{}", b + 1));
+    if (boundary.name.empty() && !taken.insert(names.back()).second)
+      fail(boundary, fmt::format("boundary {} has no name, and another has \"{}\", which would be its; name it", b + 1, names.back()));
+  }
+  return names;
+}
+
 void BoundarySpec::declare(ParameterTable<BoundarySpec>& table) {
+  table.custom(
+      {"name", "1", "string", "its side", "", "Names the boundary in results.", false},
+      [](BoundarySpec& boundary, const Input& input, const ReadContext& context) {
+        read_value(input, context, "name", any_number(), boundary.name);
+        if (boundary.name.empty() || boundary.name.find_first_of(".,\n\"") != std::string::npos)
+          fail_input(
+              input, context,
+              fmt::format("name = \"{}\" names columns of the history, so it needs letters, and no dot, comma or quote", boundary.name));
+      },
+      [](const BoundarySpec& boundary, int) -> std::optional<Input> {
+        if (boundary.name.empty()) return std::nullopt;
+        return Input::string(boundary.name);
+      });
   table.custom(
       {"side", "1", "string", "", "\"left\", \"right\" (x), \"bottom\", \"top\" (y), \"front\", \"back\" (z, 3D)",
        "Side of the grid; either this or region.", false},

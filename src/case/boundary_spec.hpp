@@ -22,6 +22,7 @@ enum class FaceContact { stick, no_tension, friction };
 
 /// A condition on the grid's nodes: on one side of the grid, or in a region.
 struct BoundarySpec {
+  std::string name;  ///< In results, where one is given (boundary_names).
   std::string side;  ///< left right bottom top (front back in 3D); empty when a region is given.
   RegionPointer region;
   BoundaryKind kind = BoundaryKind::slip;
@@ -48,6 +49,10 @@ BoundarySide side_of(const std::string& name);
 
 /// The velocity that a condition prescribes at time t [m/s]; 0 unless kind = "velocity".
 Vec3 velocity_at(const BoundarySpec& spec, Real t);
+
+/// The names of boundaries in results: as given, or of the side, or of the place in the list where the side has more than one. Throws
+/// InputError for two that are the same.
+std::vector<std::string> boundary_names(const std::vector<BoundarySpec>& boundaries);
 
 /// What goes beyond single values. Throws InputError.
 void check_boundary(BoundarySpec& boundary, const Input& input, const ReadContext& context);

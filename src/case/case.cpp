@@ -147,6 +147,7 @@ void check_together(const Case& problem) {
   check_unique_names(problem.bodies, "body");
   check_unique_names(problem.probes, "probe");
   check_sides_named_once(problem);
+  boundary_names(problem.boundaries);
   for (std::size_t b = 0; b < problem.boundaries.size(); ++b) {
     const BoundarySpec& boundary = problem.boundaries[b];
     const std::vector<std::string> sides = side_names(problem.dim);

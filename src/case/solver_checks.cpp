@@ -205,7 +205,6 @@ void check_for_implicit(const Case& problem, const Input& input) {
     if (!is_element && is_given(grid, key))
       fail_case(at_key(grid, key), "grid", fmt::format("{} is for solver.basis = \"element\"; B-splines need equal cells", key));
   }
-  int particle_bodies = 0;
   for (const BodySpec& body : problem.bodies) {
     const Input place = Input::table().with_place(body.place);
     const std::string where = fmt::format("body {}", body.name);
@@ -213,9 +212,6 @@ void check_for_implicit(const Case& problem, const Input& input) {
     if (body.has_fbar) fail_case(place, where, "fbar is for solver.type = \"explicit\" only");
     if (body.method == BodyMethod::elements && !is_element)
       fail_case(place, where, "method = \"elements\" needs solver.basis = \"element\": its cells are elements of the background");
-    if (body.method == BodyMethod::particles && ++particle_bodies > 1) {
-      fail_case(place, where, "the implicit solver has no contact between bodies of particles yet, so a case has one of them at most");
-    }
     if (body.material->law_index() < 0) {
       fail_case(place, where,
                 "the implicit solver needs a law's exact tangent, which a law given as a function does not have; write it in C++ "

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <map>
+#include <numeric>
 
 #include "body/particle_fields.hpp"
 
@@ -127,6 +128,7 @@ ImplicitSolver<Dim>::ImplicitSolver(const Case& problem)
     geometry_.nodes[d] = problem.grid.cells[d] * (1 << problem.grid.refinements) + 1;
   }
   make_tractions();
+  for (const std::string& name : boundary_names(problem.boundaries)) boundaries_.push_back({{name, {}, {}, 0}, {}, {}});
   if (!fem_bodies_.empty()) reset_ = std::make_unique<BackgroundReset<Dim>>(*basis_, conditions_, space_);
   escaped_rows_.resize(sources_.size());
   space_.update(0);
@@ -191,12 +193,31 @@ void ImplicitSolver<Dim>::update_space(Real t) {
   if (assembly_.is_new_pattern()) newton_.forget_pattern();
 }
 
-/// A static problem needs supports against every rigid motion of the body: each motion must move some prescribed component. Counted by the
-/// rank of what the prescribed components see of the motions.
+/// Which part of the active nodes each belongs to: parts share no cell.
+template <int Dim>
+std::vector<int> parts_of_nodes(const StepSpace<Dim>& space) {
+  std::vector<int> leader(space.nodes().size());
+  std::iota(leader.begin(), leader.end(), 0);
+  const auto find = [&](int n) {
+    while (leader[static_cast<std::size_t>(n)] != n)
+      n = leader[static_cast<std::size_t>(n)] = leader[static_cast<std::size_t>(leader[static_cast<std::size_t>(n)])];
+    return n;
+  };
+  for (std::size_t c = 0; c < space.cells().size(); ++c) {
+    const int first = find(space.cell_nodes(c)[0]);
+    for (int i = 1; i < space.functions(); ++i) leader[static_cast<std::size_t>(find(space.cell_nodes(c)[i]))] = first;
+  }
+  for (std::size_t n = 0; n < leader.size(); ++n) leader[n] = find(static_cast<int>(n));
+  return leader;
+}
+
+/// A static problem needs supports against every rigid motion of each part that hangs together: each motion must move some prescribed
+/// component. Counted by the rank of what the prescribed components see of the motions.
 template <int Dim>
 void ImplicitSolver<Dim>::check_support() const {
   constexpr int k_motions = Dim == 2 ? 3 : 6;
-  Eigen::Matrix<Real, k_motions, k_motions> seen = Eigen::Matrix<Real, k_motions, k_motions>::Zero();
+  using Motions = Eigen::Matrix<Real, k_motions, k_motions>;
+  std::map<int, Motions> seen_by_part;
   Vec3 center{};
   Vec3 size{};
   for (std::size_t d = 0; d < Dim; ++d) {
@@ -204,10 +225,12 @@ void ImplicitSolver<Dim>::check_support() const {
     size[d] = 0.5 * (case_.grid.upper[d] - case_.grid.lower[d]);
   }
   const Real length = *std::max_element(size.begin(), size.end());
+  const std::vector<int> parts = parts_of_nodes(space_);
   for (std::size_t n = 0; n < space_.nodes().size(); ++n) {
     const Vec<Dim> position = basis_->node_position(space_.nodes()[n]);
     Vec3 x{};
     for (std::size_t d = 0; d < Dim; ++d) x[d] = (position[d] - center[d]) / length;
+    Motions& seen = seen_by_part.try_emplace(parts[n], Motions::Zero()).first->second;
     for (int component = 0; component < Dim; ++component) {
       if (space_.unknown(static_cast<Index>(n), component) >= 0) continue;
       Eigen::Matrix<Real, k_motions, 1> row = Eigen::Matrix<Real, k_motions, 1>::Zero();
@@ -223,16 +246,22 @@ void ImplicitSolver<Dim>::check_support() const {
       seen += row * row.transpose();
     }
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<Real, k_motions, k_motions>> modes(seen);
-  if (modes.eigenvalues()[0] > 1e-10 * std::max(Real{1}, modes.eigenvalues()[k_motions - 1])) return;
-  const Eigen::Matrix<Real, k_motions, 1> free = modes.eigenvectors().col(0);
-  int largest = 0;
-  free.cwiseAbs().maxCoeff(&largest);
-  const std::string motion = largest < Dim ? fmt::format("move along {}", "xyz"[largest]) : std::string("turn");
-  throw InputError(
-      "{}: nothing holds the body, it is free to {}, so mode = \"static\" has no solution; add a [[boundary]] on a side that the "
-      "body touches, or use mode = \"dynamic\"",
-      place_of(case_.bodies.front()), motion);
+  for (const auto& [part, seen] : seen_by_part) {
+    const Eigen::SelfAdjointEigenSolver<Motions> modes(seen);
+    if (modes.eigenvalues()[0] > 1e-10 * std::max(Real{1}, modes.eigenvalues()[k_motions - 1])) continue;
+    const Eigen::Matrix<Real, k_motions, 1> free = modes.eigenvectors().col(0);
+    int largest = 0;
+    free.cwiseAbs().maxCoeff(&largest);
+    const std::string motion = largest < Dim ? fmt::format("move along {}", "xyz"[largest]) : std::string("turn");
+    std::size_t body = 0;
+    for (std::size_t c = 0; c < space_.cells().size(); ++c) {
+      if (parts[static_cast<std::size_t>(space_.cell_nodes(c)[0])] == part) body = space_.source_of(c);
+    }
+    throw InputError(
+        "{}: nothing holds the body, it is free to {}, so mode = \"static\" has no solution; add a [[boundary]] on a side that the "
+        "body touches, or use mode = \"dynamic\"",
+        place_of(case_.bodies[body]), motion);
+  }
 }
 
 template <int Dim>
@@ -393,8 +422,20 @@ void ImplicitSolver<Dim>::set_initial_acceleration(Real t, Real dt) {
     for (std::size_t d = 0; d < Dim && !load.nodal_force.empty(); ++d) body_force_force_[d] += load.nodal_force[n * Dim + d];
   }
   if (!load.nodal_force.empty()) traction_work_.advance(space_, load.nodal_force, zero);
+  for (Real& value : nodal) value /= factor;
+  assembly_.residual(nodal, load, residual);
+  hold(load, zero, residual, zero, 0);
   std::copy_n(load.gravity.begin(), Dim, acceleration_gravity_.begin());
   for (std::size_t d = 0; d < Dim; ++d) reaction_[d] = total[d] - gravity_force_[d] - body_force_force_[d];
+}
+
+template <int Dim>
+std::vector<BoundaryTotals> ImplicitSolver<Dim>::boundaries() const {
+  std::vector<BoundaryTotals> all;
+  for (std::size_t b = 0; b < boundaries_.size(); ++b) {
+    if (case_.boundaries[b].kind != BoundaryKind::traction) all.push_back(boundaries_[b].totals);
+  }
+  return all;
 }
 
 std::unique_ptr<Solver> make_implicit_solver(const Case& problem) {

@@ -63,6 +63,7 @@ class ImplicitSolver final : public Solver {
   Field node_field(std::size_t body, const std::string& name) const override;
   std::vector<Field> grid_fields() const override { return {}; }
   BodyTotals totals(std::size_t body) const override { return sources_[body].points->totals(gravity_on(body)); }
+  std::vector<BoundaryTotals> boundaries() const override;
   const Ledger& ledger() const override { return ledger_; }
   const Profile& profile() const override { return profile_; }
   Index node_count() const override { return basis_->node_count(); }
@@ -98,9 +99,12 @@ class ImplicitSolver final : public Solver {
   void commit_law(Real dt, const std::vector<Real>& A);
   void commit_nodes(Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u);
   void book(Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Vec<Dim>>& du, const Vec3& reaction);
-  /// The sum of what the conditions do to the bodies [N]; `slip` along faces with friction by active node and component [m].
-  Vec3 book_reactions(const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Real>& residual,
-                      const std::vector<Real>& slip);
+  /// Books what each condition does in a step; `slip` along faces with friction by active node and component [m]. Returns the sum of their
+  /// forces on the bodies [N].
+  Vec3 hold(const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Real>& residual, const std::vector<Real>& slip,
+            Real dt);
+  /// The condition that acts on a component of an active node, or -1.
+  int acting_condition(std::size_t active_node, std::size_t component, const StepLoad<Dim>& load) const;
   void book_forces_at_start(Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Vec<Dim>>& du);
   void change_gravity(const Vec3& gravity, const std::vector<Vec<Dim>>& du);
   /// Gravity on a body, by its weight [m/s^2].
@@ -129,8 +133,14 @@ class ImplicitSolver final : public Solver {
   Vec3 gravity_force_{};         ///< On all particles, as the accelerations at the end of the last step have it [N].
   Vec3 body_force_force_{};      ///< The same of the body force.
   Vec3 reaction_{};              ///< And of the conditions at nodes.
-  NodalWork<Dim> reaction_work_;
-  NodalWork<Dim> friction_work_;  ///< The share of reactions in slip along faces.
+  /// A condition that holds components, and what it does.
+  struct HeldBoundary {
+    BoundaryTotals totals;
+    NodalWork<Dim> work;
+    NodalWork<Dim> in_slip;  ///< The share of the work in slip along faces, which dissipates.
+  };
+  std::vector<HeldBoundary> boundaries_;  ///< By condition, also those that hold nothing.
+  Real work_at_start_ = 0;                ///< Half the work of all reactions at the start of the step, in its displacements [J].
   NodalWork<Dim> traction_work_;
   NodalWork<Dim> soft_work_;
   int iterations_ = 0;  ///< Of the last step, all parts of it together.

@@ -32,7 +32,7 @@ void ImplicitSolver<Dim>::commit(Real t, Real dt, const StepLoad<Dim>& load, con
   std::vector<Real> A;
   std::vector<Vec<Dim>> du;
   assembly_.deform(u, A, du);
-  const Vec3 reaction = book_reactions(load, u, residual, contacts_.slip(space_, u, conditions_.displacements(t, dt)));
+  const Vec3 reaction = hold(load, u, residual, contacts_.slip(space_, u, conditions_.displacements(t, dt)), dt);
   book(dt, load, u, du, reaction);
   book_forces_at_start(dt, load, u, du);
   commit_law(dt, A);
@@ -114,29 +114,56 @@ void ImplicitSolver<Dim>::commit_nodes(Real dt, const StepLoad<Dim>& load, const
   }
 }
 
+template <int Dim>
+int ImplicitSolver<Dim>::acting_condition(std::size_t n, std::size_t d, const StepLoad<Dim>& load) const {
+  const Index node = space_.nodes()[n];
+  if (space_.unknown(static_cast<Index>(n), static_cast<int>(d)) < 0) return conditions_.condition(node, static_cast<int>(d));
+  if (load.friction.empty() || load.friction[n].axis < 0) return -1;
+  return conditions_.condition(node, load.friction[n].axis);
+}
+
 /// The residual at prescribed components is the force with which they act on the bodies; where a node slips, Coulomb's law has it. In slip
 /// along a face this force dissipates, and in the motion of the face it works.
 template <int Dim>
-Vec3 ImplicitSolver<Dim>::book_reactions(const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Real>& residual,
-                                         const std::vector<Real>& slip) {
-  Vec3 reaction{};
-  std::vector<Real> reactions(residual.size(), 0);
+Vec3 ImplicitSolver<Dim>::hold(const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Real>& residual,
+                               const std::vector<Real>& slip, Real dt) {
+  std::vector<std::vector<Real>> forces(boundaries_.size());
+  std::vector<Vec3> sums(boundaries_.size());
   for (std::size_t k = 0; k < residual.size(); ++k) {
     const std::size_t n = k / Dim;
     const std::size_t d = k % Dim;
+    const int condition = acting_condition(n, d, load);
+    if (condition < 0) continue;
+    const auto b = static_cast<std::size_t>(condition);
+    forces[b].resize(residual.size(), 0);
     if (space_.unknown(static_cast<Index>(n), static_cast<int>(d)) < 0) {
-      reactions[k] = residual[k];
-    } else if (!load.friction.empty() && load.friction[n].axis >= 0) {
+      forces[b][k] = residual[k];
+    } else {
       const FaceFriction<Dim>& friction = load.friction[n];
-      reactions[k] = -friction.at(u.data() + n * Dim)[d] * residual[n * Dim + static_cast<std::size_t>(friction.axis)];
+      forces[b][k] = -friction.at(u.data() + n * Dim)[d] * residual[n * Dim + static_cast<std::size_t>(friction.axis)];
     }
-    reaction[d] += reactions[k];
+    sums[b][d] += forces[b][k];
   }
-  reaction_work_.advance(space_, reactions, u);
-  friction_work_.advance(space_, reactions, slip);
-  const Real in_slip = friction_work_.start() + friction_work_.end();
-  ledger_.boundary_work += reaction_work_.start() + reaction_work_.end() - in_slip;
-  ledger_.contact_dissipation -= in_slip;
+  Vec3 reaction{};
+  work_at_start_ = 0;
+  for (std::size_t b = 0; b < boundaries_.size(); ++b) {
+    HeldBoundary& boundary = boundaries_[b];
+    forces[b].resize(residual.size(), 0);
+    boundary.work.advance(space_, forces[b], u);
+    boundary.in_slip.advance(space_, forces[b], slip);
+    const Real in_slip = boundary.in_slip.start() + boundary.in_slip.end();
+    const Real work = boundary.work.start() + boundary.work.end() - in_slip;
+    boundary.totals.work += work;
+    ledger_.boundary_work += work;
+    ledger_.contact_dissipation -= in_slip;
+    work_at_start_ += boundary.work.start();
+    for (std::size_t d = 0; d < Dim; ++d) {
+      reaction[d] += sums[b][d];
+      if (spec_.mode == ImplicitMode::dynamic)
+        boundary.totals.impulse[d] += dt * ((1 - spec_.gamma) * boundary.totals.force[d] + spec_.gamma * sums[b][d]);
+    }
+    boundary.totals.force = sums[b];
+  }
   return reaction;
 }
 
@@ -187,7 +214,7 @@ void ImplicitSolver<Dim>::book_forces_at_start(Real dt, const StepLoad<Dim>& loa
   const auto work = assembly_.stress_work(u, dt);
   ledger_.receding_work += 0.5 * (work.correction_start + work.correction_end);
   if (spec_.mode != ImplicitMode::dynamic) return;
-  Real unbalanced = 0.5 * work.start + soft_work_.start() - reaction_work_.start() - traction_work_.start();
+  Real unbalanced = 0.5 * work.start + soft_work_.start() - work_at_start_ - traction_work_.start();
   space_.for_each_point([&](std::size_t source, std::size_t p, std::size_t k) {
     const PointBody<Dim>& body = *sources_[source].points;
     const Real ratio = sources_[source].fem != nullptr ? sources_[source].fem->weight_ratio() : 1;
@@ -337,21 +364,30 @@ template <int Dim>
 std::vector<std::string> ImplicitSolver<Dim>::warnings() const {
   // Elements integrate products of quadratic gradients with what particles they have; splines are smoother and content with fewer.
   const Index enough = spec_.basis == BasisKind::element ? (spec_.element_order == 2 ? 25 : 9) * (Dim == 3 ? 3 : 1) : whole_power(2, Dim);
-  Index few = 0;
+  Index few = 0, all = 0;
   Index least = std::numeric_limits<Index>::max();
-  for (std::size_t c = 0; c < space_.cells().size(); ++c) {
+  for (std::size_t c = 0, next = 0; c < space_.cells().size(); c = next) {
+    ++all;
+    for (next = c + 1; next < space_.cells().size() && space_.is_again(next);) ++next;
     if (space_.is_fem_cell()[static_cast<std::size_t>(space_.cells()[c])]) continue;
     if (space_.soft_factor(c) > 0 && (spec_.soft_stiffness[0] > 0 || spec_.soft_stiffness[1] > 0)) continue;  // at the body's surface
-    const Index count = space_.cell_end(c) - space_.cell_begin(c);
+    const Index count = space_.cell_end(next - 1) - space_.cell_begin(c);
     if (count >= enough) continue;
     ++few;
     least = std::min(least, count);
   }
-  if (few == 0) return {};
-  return {fmt::format(
+  std::vector<std::string> found;
+  if (spec_.mode == ImplicitMode::dynamic && particles_.size() > 1) {
+    found.push_back(
+        "bodies of particles share one field of displacements in the implicit solver: where they meet, they stick to each other; for "
+        "contact between them take solver.type = \"explicit\" and solver.contact = \"pairs\"");
+  }
+  if (few == 0) return found;
+  found.push_back(fmt::format(
       "{} of {} cells inside the body have fewer than {} particles (the poorest {}): too few to integrate the functions of a cell; "
       "take a finer layout or larger cells",
-      few, space_.cells().size(), enough, least)};
+      few, all, enough, least));
+  return found;
 }
 
 template class NodalWork<2>;

@@ -190,8 +190,10 @@ void StepSpace<Dim>::forget(std::size_t source, const std::vector<Index>& rows) 
 
 template <int Dim>
 void StepSpace<Dim>::locate() {
-  std::vector<Index> counts(static_cast<std::size_t>(basis_.cell_count()) + 1, 0);
-  std::vector<std::size_t> source_of_cell(counts.size(), 0);
+  // Places by cell, and in it by body: particles of one body and cell are worked together.
+  const std::size_t bodies = sources_.size();
+  std::vector<Index> counts(static_cast<std::size_t>(basis_.cell_count()) * bodies, 0);
+  const auto entry_of = [&](const ElementPoint<Dim>& place, std::size_t s) { return static_cast<std::size_t>(place.element) * bodies + s; };
   std::size_t n = 0;
   penetrated_count_ = 0;
   for (std::size_t s = 0; s < sources_.size(); ++s) {
@@ -213,33 +215,33 @@ void StepSpace<Dim>::locate() {
         constexpr Real k_beyond = 1.0001;
         for (const Real xi : found->xi) penetrated_count_ += std::abs(xi) > k_beyond ? 1 : 0;
       }
-      ++counts[static_cast<std::size_t>(places[p].element)];
-      source_of_cell[static_cast<std::size_t>(places[p].element)] = s;
+      ++counts[entry_of(places[p], s)];
     }
     points_[s] = std::move(places);
   }
   has_places_ = true;
   std::vector<Index> cells;
+  std::vector<std::size_t> cell_source;
   std::vector<Index> next(counts.size());
   cell_begin_.clear();
-  cell_source_.clear();
   Index sum = 0;
-  for (std::size_t c = 0; c + 1 < counts.size(); ++c) {
-    next[c] = sum;
-    if (counts[c] == 0) continue;
-    cells.push_back(static_cast<Index>(c));
+  for (std::size_t entry = 0; entry < counts.size(); ++entry) {
+    next[entry] = sum;
+    if (counts[entry] == 0) continue;
+    cells.push_back(static_cast<Index>(entry / bodies));
     cell_begin_.push_back(sum);
-    cell_source_.push_back(source_of_cell[c]);
-    sum += counts[c];
+    cell_source.push_back(entry % bodies);
+    sum += counts[entry];
   }
   cell_begin_.push_back(sum);
   particles_.resize(n);
   for (std::size_t s = 0; s < sources_.size(); ++s) {
     for (std::size_t p = 0; p < points_[s].size(); ++p)
-      particles_[static_cast<std::size_t>(next[static_cast<std::size_t>(points_[s][p].element)]++)] = static_cast<Index>(p);
+      particles_[static_cast<std::size_t>(next[entry_of(points_[s][p], s)]++)] = static_cast<Index>(p);
   }
-  if (cells == cells_) return;
+  if (cells == cells_ && cell_source == cell_source_) return;
   cells_ = std::move(cells);
+  cell_source_ = std::move(cell_source);
   number_nodes();
   set_soft_factors();
   ++pattern_;
@@ -290,7 +292,12 @@ void StepSpace<Dim>::set_soft_factors() {
     for (int i = 0; i < functions_; ++i) is_outer[static_cast<std::size_t>(basis_.cell_nodes(cell)[i])] = true;
   }
   soft_factors_.clear();
-  for (const Index cell : cells_) {
+  for (std::size_t c = 0; c < cells_.size(); ++c) {
+    const Index cell = cells_[c];
+    if (is_again(c)) {  // once for each cell
+      soft_factors_.push_back(0);
+      continue;
+    }
     int inner = 0;
     for (int i = 0; i < functions_; ++i) {
       const Index node = basis_.cell_nodes(cell)[i];

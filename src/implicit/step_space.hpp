@@ -61,12 +61,14 @@ class StepSpace {
   const Basis<Dim>& basis() const { return basis_; }
   int functions() const { return functions_; }
 
-  // Active cells, ascending, and their particles.
+  // Active cells, ascending, and their particles. A cell in which several bodies have particles comes once for each of them.
   const std::vector<Index>& cells() const { return cells_; }
   Index cell_begin(std::size_t c) const { return cell_begin_[c]; }  ///< First of the cell's places in `particles`.
   Index cell_end(std::size_t c) const { return cell_begin_[c + 1]; }
   const std::vector<Index>& particles() const { return particles_; }  ///< Rows of the cell's source, cell by cell.
   std::size_t source_of(std::size_t c) const { return cell_source_[c]; }
+  /// Whether the entry before is of the same cell, with the particles of another body.
+  bool is_again(std::size_t c) const { return c > 0 && cells_[c] == cells_[c - 1]; }
   const std::vector<PointSource<Dim>>& sources() const { return sources_; }
   /// Calls f(source, row, place) for all points.
   template <class F>

@@ -81,6 +81,14 @@ std::vector<Column<SystemTotals>> balance_columns(int dim) {
   return columns.take();
 }
 
+std::vector<Column<BoundaryTotals>> boundary_columns(int dim) {
+  Columns<BoundaryTotals> columns(dim);
+  columns.vector("force", "N", [](const BoundaryTotals& t) { return t.force; });
+  columns.vector("impulse", "N s", [](const BoundaryTotals& t) { return t.impulse; });
+  columns.scalar("work", "J", [](const BoundaryTotals& t) { return t.work; });
+  return columns.take();
+}
+
 /// Where no particle is left there is no centre, no extent and no J: 0 or 1 would read as a result.
 BodyTotals without_meaningless(BodyTotals totals) {
   if (totals.particle_count > 0) return totals;
@@ -144,6 +152,7 @@ std::vector<HistoryColumn> history_columns(const Solver& solver) {
   add_all(balance_columns(solver.dim()), "");
   for (const StepNumber& number : solver.step_numbers()) names.push_back({number.name, number.unit});
   for (std::size_t b = 0; b < solver.body_count(); ++b) add_all(body_columns(solver.dim()), solver.body_name(b) + ".");
+  for (const BoundaryTotals& boundary : solver.boundaries()) add_all(boundary_columns(solver.dim()), boundary.name + ".");
   return names;
 }
 
@@ -159,6 +168,7 @@ std::vector<Real> history_row(const Snapshot& snapshot) {
   add_all(balance_columns(dim), system);
   for (const StepNumber& number : snapshot.solver.step_numbers()) row.push_back(number.value);
   for (const BodyTotals& body : bodies) add_all(body_columns(dim), without_meaningless(body));
+  for (const BoundaryTotals& boundary : snapshot.solver.boundaries()) add_all(boundary_columns(dim), boundary);
   return row;
 }
 

@@ -21,6 +21,14 @@ struct BodyTotals {
   Real J_max = 1;
 };
 
+/// What one boundary does to the bodies.
+struct BoundaryTotals {
+  std::string name;  ///< Of the boundary, or of its side.
+  Vec3 force{};      ///< On the bodies, in the last step [N].
+  Vec3 impulse{};    ///< Sum of force times time since the start [N s]; 0 without inertia.
+  Real work = 0;     ///< Done on the bodies since the start [J].
+};
+
 /// How the particles lie in memory: what the speed of a step depends on (docs/performance.md).
 struct Occupancy {
   Index lanes = 0;        ///< Places for particles that a sweep works, empty ones too.

@@ -56,6 +56,8 @@ class Solver {
   virtual std::vector<Field> grid_fields() const = 0;
 
   virtual BodyTotals totals(std::size_t body) const = 0;
+  /// What each boundary that holds something does, in the order of the case; empty where the solver does not tell them apart.
+  virtual std::vector<BoundaryTotals> boundaries() const { return {}; }
   virtual const Ledger& ledger() const = 0;
   virtual const Profile& profile() const = 0;
   virtual Index node_count() const = 0;

