@@ -109,7 +109,7 @@ void ParticleBody<Dim, R>::seed(const BodySpec& spec, Grid<Dim, R>& grid) {
   Real per_cell = static_cast<Real>(n) / volume;
   for (int d = 0; d < Dim; ++d) per_cell *= grid.cell_size(d);
   // The correction of fluids smooths the pressure without cells, on whose means water that stands starts to boil after some seconds.
-  has_fbar_ = spec.has_fbar && !(scheme_.is_corrected && spec.material->is_fluid());
+  has_fbar_ = spec.has_fbar() && !(scheme_.is_corrected && spec.material->is_fluid());
   reach_ = 0.5 * std::min(Real{1}, std::pow(per_cell, -Real{1} / Dim));
   const SlotLayout<Dim> layout = make_layout<Dim>(spec, scheme_, *smallest != *largest);
   blocks_ = std::make_unique<Blocks>(grid, layout);

@@ -42,17 +42,16 @@ void BodySpec::declare(ParameterTable<BodySpec>& table) {
   table.choice("formulation", &BodySpec::formulation, {{"updated", Formulation::updated}, {"total", Formulation::total}},
                "Of particles, explicit solver: shape functions at their places now, or where they were at the start (total Lagrangian).");
   table.custom(
-      {"fbar", "1", "true or false", "false", "",
-       "Of particles, explicit solver: all particles of a cell change their volume at the mean rate, which frees nearly incompressible "
-       "ones "
-       "from locking.",
+      {"fbar", "1", "true or false", "chosen", "",
+       "The volume changes as it does in the mean of a cell, or in the implicit solver linearly over a patch of cells, which frees nearly "
+       "incompressible bodies from locking. Where it is not given: in the implicit solver from Poisson's ratio 0.45 on.",
        false},
       [](BodySpec& body, const Input& input, const ReadContext& context) {
-        read_value(input, context, "fbar", any_number(), body.has_fbar);
+        read_value(input, context, "fbar", any_number(), body.fbar.emplace());
       },
       [](const BodySpec& body, int) -> std::optional<Input> {
-        if (!body.has_fbar) return std::nullopt;
-        return Input::boolean(true);
+        if (!body.fbar) return std::nullopt;
+        return Input::boolean(*body.fbar);
       });
   typed(table, "region", &BodySpec::region, region_registry, "What the body fills at the start; layout type = \"points\" needs none.",
         false);

@@ -22,7 +22,9 @@ struct BodySpec {
   std::string name;
   BodyMethod method = BodyMethod::particles;
   Formulation formulation = Formulation::updated;
-  bool has_fbar = false;  ///< Of particles: the volume changes as the mean of a cell does.
+  /// The volume changes as the mean of a cell, or of a patch of cells, does; chosen by choose_scheme where it is not given.
+  std::optional<bool> fbar;
+  bool has_fbar() const { return fbar.value_or(false); }
   RegionPointer region;
   std::shared_ptr<Layout> layout;
   std::shared_ptr<VelocityField> velocity;  ///< Null: at rest.

@@ -209,7 +209,6 @@ void check_for_implicit(const Case& problem, const Input& input) {
     const Input place = Input::table().with_place(body.place);
     const std::string where = fmt::format("body {}", body.name);
     if (body.formulation == Formulation::total) fail_case(place, where, "formulation = \"total\" is for solver.type = \"explicit\" only");
-    if (body.has_fbar) fail_case(place, where, "fbar is for solver.type = \"explicit\" only");
     if (body.method == BodyMethod::elements && !is_element)
       fail_case(place, where, "method = \"elements\" needs solver.basis = \"element\": its cells are elements of the background");
     if (body.material->law_index() < 0) {
@@ -264,8 +263,25 @@ void declare_solver(ParameterTable<Case>& table) {
       });
 }
 
+/// Poisson's ratio of a law at small strains, from its bulk and shear moduli; of a fluid, which has no shear modulus, 1/2.
+Real poissons_ratio_of(const Material& material) {
+  constexpr Real e = 1e-6;
+  const Material::Matrix swollen = material.kirchhoff_stress({1 + e, 0, 0, 0, 1 + e, 0, 0, 0, 1 + e});
+  const Material::Matrix sheared = material.kirchhoff_stress({1, e, 0, 0, 1, 0, 0, 0, 1});
+  const Real bulk = (swollen[0] + swollen[4] + swollen[8]) / 9, shear = sheared[1];
+  return (3 * bulk - 2 * shear) / (2 * (3 * bulk + shear));
+}
+
 void choose_scheme(Case& problem, const Input& input) {
-  if (problem.is_implicit()) return;
+  if (problem.is_implicit()) {
+    // From here on B-splines and elements lock: a cantilever with nu = 0.49 sinks by 3 % too little, with 0.499 by 6 %.
+    constexpr Real k_nearly_incompressible = 0.45 - 1e-4;  // moduli by differences
+    for (BodySpec& body : problem.bodies) {
+      if (body.fbar || body.material->law_index() < 0 || body.material->is_fluid()) continue;
+      if (poissons_ratio_of(*body.material) >= k_nearly_incompressible) body.fbar = true;
+    }
+    return;
+  }
   const Input& given = section_of(input, "solver");
   SolverSpec& solver = problem.solver;
   const bool has_fluid = std::any_of(problem.bodies.begin(), problem.bodies.end(), [](const BodySpec& body) {

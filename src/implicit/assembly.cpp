@@ -6,6 +6,7 @@
 #include "core/error.hpp"
 #include "core/parallel.hpp"
 #include "implicit/background_reset.hpp"
+#include "implicit/point_kernels.hpp"
 
 namespace matpoint {
 namespace {
@@ -22,44 +23,6 @@ template <int Dim>
 struct Assembly<Dim>::Kernels {
   static constexpr int k_matrix = Dim * Dim;
   static constexpr int k_tangent = k_matrix * k_matrix;
-
-  /// A = I + sum_K u_K g_K.
-  template <int N>
-  static void deformation(const Real* u, const Real* g, Real* A) {
-    for (int i = 0; i < Dim; ++i) {
-      for (int j = 0; j < Dim; ++j) A[i * Dim + j] = i == j ? 1 : 0;
-    }
-    for (int K = 0; K < N; ++K) {
-      for (int i = 0; i < Dim; ++i) {
-        for (int j = 0; j < Dim; ++j) A[i * Dim + j] += u[K * Dim + i] * g[K * Dim + j];
-      }
-    }
-  }
-
-  /// K_IK += V0 g_I D g*_K
-  template <int N>
-  static void add_stiffness(Real volume, const Real* D, const Real* g, const Real* trial_g, Real* K) {
-    Real H[k_matrix][N * Dim];  // V0 D_ij,kl g*_K,l by (i, j) and (K, k)
-    for (int ij = 0; ij < k_matrix; ++ij) {
-      for (int node = 0; node < N; ++node) {
-        for (int k = 0; k < Dim; ++k) {
-          Real sum = 0;
-          for (int l = 0; l < Dim; ++l) sum += D[ij * k_matrix + k * Dim + l] * trial_g[node * Dim + l];
-          H[ij][node * Dim + k] = volume * sum;
-        }
-      }
-    }
-    for (int I = 0; I < N; ++I) {
-      for (int i = 0; i < Dim; ++i) {
-        Real* const row = K + (I * Dim + i) * N * Dim;
-        for (int column = 0; column < N * Dim; ++column) {
-          Real sum = 0;
-          for (int j = 0; j < Dim; ++j) sum += g[I * Dim + j] * H[i * Dim + j][column];
-          row[column] += sum;
-        }
-      }
-    }
-  }
 
   template <int N>
   static void work_cell(const Assembly& self, std::size_t cell, const std::vector<Real>& u, const StepLoad<Dim>& load, Real* residual,
@@ -84,7 +47,7 @@ struct Assembly<Dim>::Kernels {
       const Index count = std::min(k_chunk, space.cell_end(cell) - first);
       for (Index k = 0; k < count; ++k) {
         const auto p = static_cast<std::size_t>(space.particles()[static_cast<std::size_t>(first + k)]);
-        deformation<N>(u_cell, space.trial_gradients(first + k), A + k * k_matrix);
+        deformation<Dim, N>(u_cell, space.trial_gradients(first + k), A + k * k_matrix);
         std::copy_n(body.F.data() + p * k_matrix, k_matrix, F + k * k_matrix);
         std::copy_n(body.history.data() + p * history_size, history_size, history.data() + static_cast<std::size_t>(k) * history_size);
       }
@@ -119,7 +82,7 @@ struct Assembly<Dim>::Kernels {
           }
         }
         if (K == nullptr) continue;
-        add_stiffness<N>(volume, D + k * k_tangent, g, space.trial_gradients(first + k), K);
+        add_stiffness<Dim, N>(volume, D + k * k_tangent, g, space.trial_gradients(first + k), K);
         if (load.inertia.u == 0) continue;
         for (int I = 0; I < N; ++I) {
           const Real m = mass * load.inertia.u * N_p[I];
@@ -178,7 +141,8 @@ Real modulus_at_rest(TangentFunction<Dim> evaluate, const Material& material) {
 }  // namespace
 
 template <int Dim>
-Assembly<Dim>::Assembly(const StepSpace<Dim>& space) : space_(space) {
+Assembly<Dim>::Assembly(const StepSpace<Dim>& space, int patch_width, bool has_linear_patches)
+    : space_(space), patches_(space, patch_width, has_linear_patches) {
   for (const PointSource<Dim>& source : space.sources()) {
     const Material& material = source.points->material();
     const TangentFunction<Dim> evaluate = tangent_function<Dim>(material);
@@ -194,7 +158,11 @@ Assembly<Dim>::Assembly(const StepSpace<Dim>& space) : space_(space) {
 template <int Dim>
 void Assembly<Dim>::start() {
   is_new_pattern_ = pattern_ != space_.pattern();
-  if (is_new_pattern_) make_pattern();
+  if (is_new_pattern_) {
+    patches_.gather();
+    make_pattern();
+  }
+  patches_.evaluate();
   // On a background that moves the cells change their shape from step to step.
   const bool is_moved =
       std::any_of(space_.sources().begin(), space_.sources().end(), [](const auto& source) { return source.fem != nullptr; });
@@ -211,6 +179,12 @@ void Assembly<Dim>::make_pattern() {
     const int* const nodes = space_.cell_nodes(c);
     for (std::size_t k = 0; k < functions; ++k)
       neighbours[static_cast<std::size_t>(nodes[k])].insert(neighbours[static_cast<std::size_t>(nodes[k])].end(), nodes, nodes + functions);
+  }
+  for (const VolumePatch<Dim>& patch : patches_.all()) {
+    for (const int node : patch.nodes) {
+      std::vector<int>& around = neighbours[static_cast<std::size_t>(node)];
+      around.insert(around.end(), patch.nodes.begin(), patch.nodes.end());
+    }
   }
   const auto unknowns_of = [&](int node) {
     int count = 0;
@@ -240,19 +214,25 @@ void Assembly<Dim>::make_pattern() {
   matrix_.resizeNonZeros(static_cast<Eigen::Index>(inner.size()));
   std::copy(outer.begin(), outer.end(), matrix_.outerIndexPtr());
   std::copy(inner.begin(), inner.end(), matrix_.innerIndexPtr());
-  row_offset_.resize(space_.cells().size() * functions * functions);
-  for (std::size_t c = 0; c < space_.cells().size(); ++c) {
-    const int* const nodes = space_.cell_nodes(c);
-    for (std::size_t K = 0; K < functions; ++K) {
+  // Of some nodes, by pair (I, K).
+  const auto offsets_of = [&](const int* nodes, std::size_t count, int* offsets) {
+    for (std::size_t K = 0; K < count; ++K) {
       const std::vector<int>& around = neighbours[static_cast<std::size_t>(nodes[K])];
       // Rows before a neighbour in the columns of K.
       std::vector<int> before(around.size() + 1, 0);
       for (std::size_t a = 0; a < around.size(); ++a) before[a + 1] = before[a] + unknowns_of(around[a]);
-      for (std::size_t I = 0; I < functions; ++I) {
+      for (std::size_t I = 0; I < count; ++I) {
         const auto a = std::lower_bound(around.begin(), around.end(), nodes[I]) - around.begin();
-        row_offset_[(c * functions + I) * functions + K] = before[static_cast<std::size_t>(a)];
+        offsets[I * count + K] = before[static_cast<std::size_t>(a)];
       }
     }
+  };
+  row_offset_.resize(space_.cells().size() * functions * functions);
+  for (std::size_t c = 0; c < space_.cells().size(); ++c)
+    offsets_of(space_.cell_nodes(c), functions, row_offset_.data() + c * functions * functions);
+  for (VolumePatch<Dim>& patch : patches_.all()) {
+    patch.row_offset.resize(patch.nodes.size() * patch.nodes.size());
+    offsets_of(patch.nodes.data(), patch.nodes.size(), patch.row_offset.data());
   }
 }
 
@@ -275,28 +255,27 @@ void Assembly<Dim>::make_soft_stiffness() {
 }
 
 template <int Dim>
-void Assembly<Dim>::scatter(std::size_t cell, const Real* K, Lift& lift) {
-  const auto functions = static_cast<std::size_t>(space_.functions());
-  const int* const nodes = space_.cell_nodes(cell);
+void Assembly<Dim>::scatter(const int* nodes, std::size_t count, const int* offsets, const Real* K, Lift& lift) {
   Real* const values = matrix_.valuePtr();
   const int* const outer = matrix_.outerIndexPtr();
-  for (std::size_t node = 0; node < functions; ++node) {
+  const std::size_t size = count * Dim;
+  for (std::size_t node = 0; node < count; ++node) {
     for (int k = 0; k < Dim; ++k) {
       const int column = space_.unknown(nodes[node], k);
       if (column < 0) {
         const Real u = lift.displacement == nullptr ? 0 : (*lift.displacement)[static_cast<std::size_t>(nodes[node] * Dim + k)];
         if (u == 0) continue;
-        for (std::size_t row = 0; row < width(); ++row) {
+        for (std::size_t row = 0; row < size; ++row) {
           const int unknown = space_.unknown(nodes[row / Dim], static_cast<int>(row % Dim));
-          if (unknown >= 0) lift.force[unknown] += K[row * width() + node * Dim + static_cast<std::size_t>(k)] * u;
+          if (unknown >= 0) lift.force[unknown] += K[row * size + node * Dim + static_cast<std::size_t>(k)] * u;
         }
         continue;
       }
-      for (std::size_t I = 0; I < functions; ++I) {
-        int place = outer[column] + row_offset_[(cell * functions + I) * functions + node];
+      for (std::size_t I = 0; I < count; ++I) {
+        int place = outer[column] + offsets[I * count + node];
         for (int i = 0; i < Dim; ++i) {
           if (space_.unknown(nodes[I], i) < 0) continue;
-          values[place++] += K[(I * Dim + static_cast<std::size_t>(i)) * width() + node * Dim + static_cast<std::size_t>(k)];
+          values[place++] += K[(I * Dim + static_cast<std::size_t>(i)) * size + node * Dim + static_cast<std::size_t>(k)];
         }
       }
     }
@@ -304,9 +283,10 @@ void Assembly<Dim>::scatter(std::size_t cell, const Real* K, Lift& lift) {
 }
 
 template <int Dim>
-void Assembly<Dim>::add_friction(std::size_t cell, const std::vector<Real>& u, const StepLoad<Dim>& load, Real* residual, Real* K) const {
-  const int* const nodes = space_.cell_nodes(cell);
-  for (std::size_t I = 0; I < static_cast<std::size_t>(space_.functions()); ++I) {
+void Assembly<Dim>::add_friction(const int* nodes, std::size_t count, const std::vector<Real>& u, const StepLoad<Dim>& load, Real* residual,
+                                 Real* K) const {
+  const std::size_t size = count * Dim;
+  for (std::size_t I = 0; I < count; ++I) {
     const auto node = static_cast<std::size_t>(nodes[I]);
     const FaceFriction<Dim>& friction = load.friction[node];
     if (friction.axis < 0) continue;
@@ -317,8 +297,8 @@ void Assembly<Dim>::add_friction(std::size_t cell, const std::vector<Real>& u, c
       const std::size_t along = I * Dim + d;
       residual[along] += share[d] * residual[across];
       if (K == nullptr) continue;
-      for (std::size_t column = 0; column < width(); ++column) K[along * width() + column] += share[d] * K[across * width() + column];
-      for (std::size_t e = 0; e < Dim; ++e) K[along * width() + I * Dim + e] += friction.slope[d * Dim + e] * residual[across];
+      for (std::size_t column = 0; column < size; ++column) K[along * size + column] += share[d] * K[across * size + column];
+      for (std::size_t e = 0; e < Dim; ++e) K[along * size + I * Dim + e] += friction.slope[d * Dim + e] * residual[across];
     }
   }
 }
@@ -342,16 +322,23 @@ void Assembly<Dim>::assemble(const std::vector<Real>& u, const StepLoad<Dim>& lo
       const auto s = static_cast<std::size_t>(c);
       Real* const cell_residual = cell_residuals_.data() + s * width();
       Real* const cell_matrix = with_matrix ? cell_matrices_.data() + s * width() * width() : nullptr;
+      if (patches_.holds(first + s)) return;
       work(*this, first + s, u, load, cell_residual, cell_matrix);
-      if (!load.friction.empty()) add_friction(first + s, u, load, cell_residual, cell_matrix);
+      if (!load.friction.empty())
+        add_friction(space_.cell_nodes(first + s), static_cast<std::size_t>(space_.functions()), u, load, cell_residual, cell_matrix);
     });
     for (std::size_t c = 0; c < count; ++c) {
+      if (patches_.holds(first + c)) continue;
       const int* const nodes = space_.cell_nodes(first + c);
       for (std::size_t k = 0; k < width(); ++k)
         residual[static_cast<std::size_t>(nodes[k / Dim]) * Dim + k % Dim] += cell_residuals_[c * width() + k];
-      if (with_matrix) scatter(first + c, cell_matrices_.data() + c * width() * width(), *lift);
+      if (!with_matrix) continue;
+      const auto functions = static_cast<std::size_t>(space_.functions());
+      scatter(nodes, functions, row_offset_.data() + (first + c) * functions * functions, cell_matrices_.data() + c * width() * width(),
+              *lift);
     }
   }
+  if (!patches_.is_empty()) assemble_patches(u, load, residual, lift);
   for (std::size_t k = 0; k < load.nodal_force.size(); ++k) residual[k] -= load.nodal_force[k];
 }
 
@@ -369,15 +356,44 @@ void Assembly<Dim>::deform(const std::vector<Real>& u, std::vector<Real>& A, std
     for (Index k = space_.cell_begin(cell); k < space_.cell_end(cell); ++k) {
       Real* const out = A.data() + k * Dim * Dim;
       if (functions == whole_power(2, Dim))
-        Kernels::template deformation<whole_power(2, Dim)>(u_cell, space_.trial_gradients(k), out);
+        deformation<Dim, whole_power(2, Dim)>(u_cell, space_.trial_gradients(k), out);
       else
-        Kernels::template deformation<whole_power(3, Dim)>(u_cell, space_.trial_gradients(k), out);
+        deformation<Dim, whole_power(3, Dim)>(u_cell, space_.trial_gradients(k), out);
       const Real* const N = space_.N(k);
       for (int node = 0; node < functions; ++node) {
         for (int d = 0; d < Dim; ++d) du[static_cast<std::size_t>(k)][static_cast<std::size_t>(d)] += N[node] * u_cell[node * Dim + d];
       }
     }
   });
+  project_volumes(A);
+}
+
+/// Of particles in patches the law sees A' = (Pi j / j)^(1/dim) A.
+template <int Dim>
+void Assembly<Dim>::project_volumes(std::vector<Real>& A) const {
+  for (const VolumePatch<Dim>& patch : patches_.all()) {
+    const PointBody<Dim>& body = *space_.sources()[patch.source].points;
+    const auto modes = static_cast<std::size_t>(patch.modes);
+    std::vector<Real> j, c(modes, 0);
+    std::size_t k = 0;
+    for (const std::size_t cell : patch.cells) {
+      for (Index place = space_.cell_begin(cell); place < space_.cell_end(cell); ++place, ++k) {
+        const auto p = static_cast<std::size_t>(space_.particles()[static_cast<std::size_t>(place)]);
+        j.push_back(determinant_of<Dim>(A.data() + place * Dim * Dim));
+        for (std::size_t a = 0; a < modes; ++a) c[a] += body.volume0[p] * patch.psi[k * modes + a] * j.back();
+      }
+    }
+    k = 0;
+    for (const std::size_t cell : patch.cells) {
+      for (Index place = space_.cell_begin(cell); place < space_.cell_end(cell); ++place, ++k) {
+        Real mean = 0;
+        for (std::size_t a = 0; a < modes; ++a) mean += patch.psi[k * modes + a] * c[a];
+        // What is turned inside out stays so, to be seen.
+        const Real s = j[k] > 0 ? std::pow(mean / j[k], 1.0 / Dim) : 1;
+        for (int e = 0; e < Dim * Dim; ++e) A[static_cast<std::size_t>(place * Dim * Dim + e)] *= s;
+      }
+    }
+  }
 }
 
 template <int Dim>
@@ -398,6 +414,8 @@ template <int Dim>
 typename Assembly<Dim>::StressWork Assembly<Dim>::stress_work(const std::vector<Real>& u, Real dt) const {
   constexpr auto n = static_cast<std::size_t>(Dim * Dim);
   std::vector<StressWork> of_cells(space_.cells().size());
+  // Mean stresses in patches act by their projections.
+  std::vector<Real> means(patches_.is_empty() ? 0 : space_.particles().size()), growths(means.size());
   parallel_for(static_cast<Index>(of_cells.size()), static_cast<Index>(space_.particles().size()) * 5, [&](Index cell) {
     const auto c = static_cast<std::size_t>(cell);
     const std::size_t source = space_.source_of(c);
@@ -443,6 +461,13 @@ typename Assembly<Dim>::StressWork Assembly<Dim>::stress_work(const std::vector<
         }
       }
       for (std::size_t i = 0; i < n; ++i) work.start += body.volume0[p] * S[i] * gradient[i];
+      if (patches_.holds(c)) {
+        Real mean = 0, growth = 0;
+        for (std::size_t d = 0; d < Dim; ++d) mean += S[d * Dim + d] / Dim, growth += gradient[d * Dim + d];
+        means[static_cast<std::size_t>(k)] = mean;
+        growths[static_cast<std::size_t>(k)] = growth;
+        work.start -= body.volume0[p] * mean * growth;
+      }
       if (g == trial) continue;
       for (std::size_t i = 0; i < n; ++i) {
         work.correction_start += body.volume0[p] * S[i] * correction[i];
@@ -458,6 +483,23 @@ typename Assembly<Dim>::StressWork Assembly<Dim>::stress_work(const std::vector<
     sum.correction_start += work.correction_start;
     sum.correction_end += work.correction_end;
   }
+  for (const VolumePatch<Dim>& patch : patches_.all()) {
+    const PointBody<Dim>& body = *space_.sources()[patch.source].points;
+    const auto modes = static_cast<std::size_t>(patch.modes);
+    std::vector<Real> mean(modes, 0), growth(modes, 0);
+    std::size_t k = 0;
+    for (const std::size_t cell : patch.cells) {
+      for (Index place = space_.cell_begin(cell); place < space_.cell_end(cell); ++place, ++k) {
+        const auto at = static_cast<std::size_t>(place);
+        const Real volume = body.volume0[static_cast<std::size_t>(space_.particles()[at])];
+        for (std::size_t a = 0; a < modes; ++a) {
+          mean[a] += volume * patch.psi[k * modes + a] * means[at];
+          growth[a] += volume * patch.psi[k * modes + a] * growths[at];
+        }
+      }
+    }
+    for (std::size_t a = 0; a < modes; ++a) sum.start += mean[a] * growth[a];
+  }
   return sum;
 }
 
@@ -469,9 +511,7 @@ Inversion Assembly<Dim>::find_inversion(const std::vector<Real>& u) const {
   Inversion worst;
   space_.for_each_point([&](std::size_t source, std::size_t row, std::size_t k) {
     const Real* const a = A.data() + k * Dim * Dim;
-    Real J = a[0] * a[Dim + 1] - a[1] * a[Dim];
-    if constexpr (Dim == 3)
-      J = a[0] * (a[4] * a[8] - a[5] * a[7]) - a[1] * (a[3] * a[8] - a[5] * a[6]) + a[2] * (a[3] * a[7] - a[4] * a[6]);
+    const Real J = determinant_of<Dim>(a);
     if (J > 0 && std::isfinite(J)) return;
     if (worst.row < 0 || !(J > worst.J)) worst = {source, static_cast<Index>(row), J};
   });

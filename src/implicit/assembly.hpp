@@ -12,6 +12,7 @@
 #include "core/profile.hpp"
 #include "implicit/linear_solver.hpp"
 #include "implicit/step_space.hpp"
+#include "implicit/volume_patches.hpp"
 #include "material/tangent.hpp"
 
 namespace matpoint {
@@ -74,8 +75,8 @@ struct Lift {
 template <int Dim>
 class Assembly {
  public:
-  /// Throws InputError for a law without a tangent.
-  explicit Assembly(const StepSpace<Dim>& space);
+  /// With patches of so many cells in each direction for nearly incompressible bodies. Throws InputError for a law without a tangent.
+  Assembly(const StepSpace<Dim>& space, int patch_width, bool has_linear_patches);
 
   /// To be called when the space has been updated: makes the sparse matrix's places if they changed, and the soft stiffness.
   void start();
@@ -94,7 +95,7 @@ class Assembly {
   Inversion find_inversion(const std::vector<Real>& u) const;
   std::string describe(const Inversion& inversion) const;
 
-  /// A of all particles, Dim x Dim numbers each, and their displacements [m], in the order of the space's particles.
+  /// A of all particles as their laws see it, Dim x Dim numbers each, and their displacements [m], in the order of the space's particles.
   void deform(const std::vector<Real>& u, std::vector<Real>& A, std::vector<Vec<Dim>>& du) const;
 
   /// Forces of the soft stiffness by active node and component [N].
@@ -115,9 +116,15 @@ class Assembly {
   void assemble(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift);
   void make_pattern();
   void make_soft_stiffness();
-  void scatter(std::size_t cell, const Real* K, Lift& lift);
-  /// Adds the friction on a cell's nodes to its residual and its matrix, if there is one.
-  void add_friction(std::size_t cell, const std::vector<Real>& u, const StepLoad<Dim>& load, Real* residual, Real* K) const;
+  /// The matrix of some nodes into the sparse one; `offsets` by pair (I, K): place of I's rows in the columns of K.
+  void scatter(const int* nodes, std::size_t count, const int* offsets, const Real* K, Lift& lift);
+  /// Adds the friction on nodes to their residual and their matrix, if there is one.
+  void add_friction(const int* nodes, std::size_t count, const std::vector<Real>& u, const StepLoad<Dim>& load, Real* residual,
+                    Real* K) const;
+  void project_volumes(std::vector<Real>& A) const;
+  void work_patch(const VolumePatch<Dim>& patch, const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual,
+                  std::vector<Real>* K) const;
+  void assemble_patches(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift);
   std::size_t width() const { return static_cast<std::size_t>(space_.functions() * Dim); }
 
   /// Of one source.
@@ -128,6 +135,7 @@ class Assembly {
     Real weight_ratio;
   };
   const StepSpace<Dim>& space_;
+  VolumePatches<Dim> patches_;
   std::vector<Law> laws_;
 
   SparseMatrix matrix_;

@@ -119,7 +119,7 @@ ImplicitSolver<Dim>::ImplicitSolver(const Case& problem)
       conditions_(problem.boundaries, *basis_),
       space_(*basis_, conditions_, (make_bodies(), sources_), spec_.soft_stiffness),
       contacts_(problem.boundaries, *basis_, conditions_),
-      assembly_(space_),
+      assembly_(space_, spec_.basis == BasisKind::bspline ? 2 : 1, spec_.basis == BasisKind::bspline || spec_.element_order == 2),
       newton_(spec_, space_, assembly_, profile_),
       gravity_(problem.gravity_at(0)) {
   geometry_.lower = problem.grid.lower;
@@ -140,10 +140,10 @@ void ImplicitSolver<Dim>::make_bodies() {
   for (const BodySpec& spec : case_.bodies) {
     if (spec.method == BodyMethod::elements) {
       fem_bodies_.emplace_back(spec, *basis_);
-      sources_.push_back({&fem_bodies_.back().points(), &fem_bodies_.back()});
+      sources_.push_back({&fem_bodies_.back().points(), &fem_bodies_.back(), spec.has_fbar()});
     } else {
       particles_.emplace_back(spec, seeding_grid<Dim>(case_.grid));
-      sources_.push_back({&particles_.back(), nullptr});
+      sources_.push_back({&particles_.back(), nullptr, spec.has_fbar()});
       if (!case_.grid.corners.empty()) check_inside(particles_.back(), *basis_, spec);
     }
   }

@@ -43,6 +43,7 @@ template <int Dim>
 struct PointSource {
   PointBody<Dim>* points = nullptr;
   FemBody<Dim>* fem = nullptr;  ///< Whose Gauss points they are; null for particles.
+  bool has_fbar = false;        ///< Its volume change goes by patches (volume_patches.hpp).
 };
 
 template <int Dim>

@@ -120,7 +120,7 @@ void find_unsafe_schemes(const Case& problem, const Solver& solver, std::vector<
     }
   }
   for (const BodySpec& body : problem.bodies) {
-    if (!body.has_fbar || !scheme.fluid_correction.value_or(false)) continue;
+    if (!body.has_fbar() || !scheme.fluid_correction.value_or(false)) continue;
     if (!body.material->is_fluid() || body.formulation == Formulation::total) continue;
     risks.push_back(fmt::format(
         "body \"{}\": fbar does nothing with solver.fluid_correction, which smooths the pressure of fluids; leave it out", body.name));

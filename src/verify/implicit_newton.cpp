@@ -129,10 +129,16 @@ void add_implicit_newton(VerifySuite& suite) {
                   load_case("rolling_disk", {"grid.refinements=1", "body.disk.layout.points=60", "body.disk.region.center=[0,0.3]"}), 25)},
              {"bspline", tangent_difference<2>(case_from_text("disk", k_disk), 3)},
              {"bspline_3d", tangent_difference<3>(case_from_text("block", k_block), 2)},
-             {"element_3d", tangent_difference<3>(case_from_text("block", k_block, {"solver.basis=element"}), 2)}};
+             {"element_3d", tangent_difference<3>(case_from_text("block", k_block, {"solver.basis=element"}), 2)},
+             {"patches", tangent_difference<2>(case_from_text("disk", k_disk, {"body.disk.fbar=true"}), 3)},
+             {"patches_3d", tangent_difference<3>(case_from_text("block", k_block, {"body.block.fbar=true"}), 2)},
+             {"patches_element", tangent_difference<2>(case_from_text("disk", k_disk, {"body.disk.fbar=true", "solver.basis=element"}), 3)},
+             {"patches_stiff", tangent_difference<2>(case_from_text("disk", k_disk, {"body.disk.material.poissons_ratio=0.4999"}), 3)}};
        }},
       {at_most("element_receding", 1e-8, "central differences"), at_most("bspline", 1e-8, "central differences"),
-       at_most("bspline_3d", 1e-8, "central differences"), at_most("element_3d", 1e-8, "central differences")});
+       at_most("bspline_3d", 1e-8, "central differences"), at_most("element_3d", 1e-8, "central differences"),
+       at_most("patches", 1e-7, "central differences"), at_most("patches_3d", 1e-7, "central differences"),
+       at_most("patches_element", 1e-7, "central differences"), at_most("patches_stiff", 1e-7, "central differences")});
   add_problem(suite, {"implicit_newton", "convergence of Newton's method", "implicit_newton", true, true, 3e7, {}, &newton_convergence},
               {at_least("order_of_increments", 1.8, "2 for quadratic convergence; cantilever J = 3, step 30"),
                at_most("increment_3", 1e-4, "quadratic: 1, 4.0e-3, 4.4e-6 in the reference"),

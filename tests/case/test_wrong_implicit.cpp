@@ -197,12 +197,6 @@ INSTANTIATE_TEST_SUITE_P(
                    "basis = \"bspline\"",
                    {"^case.toml:9: ", "grading is for solver.basis = \"element\"; B-splines need equal cells"}},
         WrongInput{"periodic", "refinements = 0", "periodic = [\"x\"]", {"the implicit solver has no periodic sides"}},
-        WrongInput{
-            "two_bodies",
-            "",
-            "@[[body]]\nname = \"other\"\nregion = { type = \"box\", lower = [0, 0.8], upper = [0.2, 1] }\nlayout = { type = \"per_cell\", "
-            "count = 16 }\nmaterial = { type = \"neo_hookean\", density = 1, youngs_modulus = 1, poissons_ratio = 0.3 }\n",
-            {"the implicit solver has no contact between bodies of particles yet"}},
         WrongInput{"region",
                    "side = \"bottom\"\nkind = \"fixed\"\nreceding_correction = 0.5",
                    "region = { type = \"box\", lower = [0, 0], upper = [1, 0.2] }\nkind = \"slip\"",

@@ -110,7 +110,7 @@ Case solver_case(const Comparison& c) {
   problem.solver.transfer = c.transfer;
   problem.solver.fmpm_order = 3;
   problem.bodies[0].formulation = c.formulation;
-  problem.bodies[0].has_fbar = c.has_fbar;
+  problem.bodies[0].fbar = c.has_fbar;
   problem.solver.damping = c.damping;
   problem.solver.mass_cutoff = c.mass_cutoff;
   problem.time.dt = k_dt;
