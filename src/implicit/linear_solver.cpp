@@ -103,6 +103,29 @@ class DefiniteLdlt final : public LinearSolver {
   const SparseMatrix* K_ = nullptr;
 };
 
+#ifdef MATPOINT_HAS_SUITESPARSE
+/// CHOLMOD's supernodal LL^T, which says nothing where a matrix is not positive definite but that it failed.
+class Supernodal final : public LinearSolver {
+ public:
+  Supernodal() { method_.cholmod().print = 0; }
+  std::string name() const override { return "cholmod"; }
+  void analyze(const SparseMatrix& K) override { method_.analyzePattern(K); }
+  bool factorize(const SparseMatrix& K, Symmetry) override {
+    K_ = &K;
+    method_.factorize(K);
+    return method_.info() == Eigen::Success;
+  }
+  bool solve(const Vector& b, Vector& x) override {
+    x = method_.solve(b);
+    return is_solved(*K_, b, x);
+  }
+
+ private:
+  Eigen::CholmodSupernodalLLT<SparseMatrix> method_;
+  const SparseMatrix* K_ = nullptr;
+};
+#endif
+
 std::unique_ptr<LinearSolver> make_lu() {
 #ifdef MATPOINT_HAS_SUITESPARSE
   return std::make_unique<Direct<Eigen::UmfPackLU<SparseMatrix>>>("umfpack");
@@ -111,16 +134,29 @@ std::unique_ptr<LinearSolver> make_lu() {
 #endif
 }
 
+/// The Cholesky factorisation for a matrix of so many rows: supernodes pay once they are filled (docs/implicit.md has the measurements).
+std::unique_ptr<LinearSolver> make_cholesky(bool is_large) {
+#ifdef MATPOINT_HAS_SUITESPARSE
+  if (is_large) return std::make_unique<Supernodal>();
+#else
+  static_cast<void>(is_large);
+#endif
+  return std::make_unique<DefiniteLdlt>();
+}
+
 class Automatic final : public LinearSolver {
  public:
   std::string name() const override { return used_ == nullptr ? "auto" : used_->name(); }
   void analyze(const SparseMatrix&) override { is_cholesky_ready_ = is_lu_ready_ = false; }
   bool factorize(const SparseMatrix& K, Symmetry symmetry) override {
     if (symmetry == Symmetry::symmetric) {
-      used_ = &cholesky_;
-      if (!is_cholesky_ready_) cholesky_.analyze(K);
+      if (!is_cholesky_ready_) {
+        cholesky_ = make_cholesky(K.rows() >= k_large);
+        cholesky_->analyze(K);
+      }
+      used_ = cholesky_.get();
       is_cholesky_ready_ = true;
-      if (cholesky_.factorize(K, symmetry)) return true;
+      if (cholesky_->factorize(K, symmetry)) return true;
     }
     used_ = lu_.get();
     if (!is_lu_ready_) lu_->analyze(K);
@@ -130,7 +166,8 @@ class Automatic final : public LinearSolver {
   bool solve(const Vector& b, Vector& x) override { return used_->solve(b, x); }
 
  private:
-  DefiniteLdlt cholesky_;
+  static constexpr Eigen::Index k_large = 1000;  ///< Unknowns.
+  std::unique_ptr<LinearSolver> cholesky_;
   std::unique_ptr<LinearSolver> lu_ = make_lu();
   LinearSolver* used_ = nullptr;
   bool is_cholesky_ready_ = false;
@@ -143,7 +180,7 @@ std::unique_ptr<LinearSolver> make_linear_solver(const std::string& name, Real t
   use_one_blas_thread();
 #ifdef MATPOINT_HAS_SUITESPARSE
   if (name == "umfpack") return make_lu();
-  if (name == "cholmod") return std::make_unique<Direct<Eigen::CholmodSupernodalLLT<SparseMatrix>>>(name);
+  if (name == "cholmod") return std::make_unique<Supernodal>();
 #endif
   if (name == "ldlt") return std::make_unique<DefiniteLdlt>();
   if (name == "sparse_lu") return std::make_unique<Direct<SparseLu>>(name);
