@@ -109,9 +109,20 @@ Real Simulation::next_dt() const {
 
 Real Simulation::rule_dt() const {
   StepState state{time_, dt_, {}, {}, 0, 0};
-  const BodyTotals totals = solver_->totals(0);
-  state.lower = totals.lower;
-  state.upper = totals.upper;
+  // The box around all bodies of particles, for it is they that meet things; their order in the file changes nothing.
+  const bool has_particles =
+      std::any_of(case_.bodies.begin(), case_.bodies.end(), [](const BodySpec& body) { return body.method == BodyMethod::particles; });
+  bool is_first = true;
+  for (std::size_t b = 0; b < solver_->body_count(); ++b) {
+    if (has_particles && case_.bodies[b].method != BodyMethod::particles) continue;
+    const BodyTotals totals = solver_->totals(b);
+    if (totals.particle_count == 0) continue;
+    for (std::size_t d = 0; d < 3; ++d) {
+      state.lower[d] = is_first ? totals.lower[d] : std::min(state.lower[d], totals.lower[d]);
+      state.upper[d] = is_first ? totals.upper[d] : std::max(state.upper[d], totals.upper[d]);
+    }
+    is_first = false;
+  }
   for (const StepNumber& number : solver_->step_numbers()) {
     if (number.name == "newton_iterations") state.newton_iterations = static_cast<int>(number.value);
     if (number.name == "step_cuts") state.step_cuts = static_cast<int>(number.value);

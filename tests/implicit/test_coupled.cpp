@@ -49,6 +49,26 @@ std::string refused(const std::string& text, const std::vector<std::string>& set
   return message_of<InputError>([&] { Simulation sim(read(text, sets)); });
 }
 
+TEST(Coupled, the_order_of_bodies_changes_nothing_also_where_a_rule_makes_the_steps) {
+  std::string text = k_basket;
+  text.replace(text.find("dt = 0.005"), 10,
+               "rule = { type = \"distance\", toward = \"bottom\", positions = [0.4, 0.5], steps = [0.002, 0.01] }");
+  const auto run = [&](bool is_swapped) {
+    Case problem = read(text, {"time.end=0.08"});
+    if (is_swapped) std::swap(problem.bodies[0], problem.bodies[1]);
+    Simulation sim(std::move(problem));
+    sim.run();
+    const BodyTotals disk = sim.solver().totals(is_swapped ? 1 : 0);
+    return std::tuple(sim.step_count(), disk.center_of_mass[0], disk.center_of_mass[1], disk.strain_energy);
+  };
+  const auto [steps, x, y, energy] = run(false);
+  const auto [steps_swapped, x_swapped, y_swapped, energy_swapped] = run(true);
+  EXPECT_EQ(steps_swapped, steps);
+  EXPECT_NEAR(x_swapped, x, 1e-9);
+  EXPECT_NEAR(y_swapped, y, 1e-9);
+  EXPECT_NEAR(energy_swapped, energy, 1e-9 * energy);
+}
+
 TEST(Coupled, momentum_balances_with_the_supports_and_no_particle_enters) {
   Simulation sim(read(k_basket));
   const Real scale = momentum_scale(sim.solver());
