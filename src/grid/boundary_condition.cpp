@@ -251,24 +251,27 @@ std::vector<Obstacle> BoundaryConditions<Dim, R>::obstacles(Real t) const {
 
 template <int Dim, class R>
 void BoundaryConditions<Dim, R>::constrain(Tile<Dim, R>& tile, const NodalDynamics<Dim>& dynamics, const std::vector<Vec<Dim>>& values,
-                                           Real dt, Ledger& ledger) const {
+                                           const std::vector<Vec<Dim>>& changes, Real dt, Ledger& ledger) const {
   NodeValues<Dim, R>& nodes = tile.values;
   for (const FixedComponent& fixed : tile.components) {
     const auto d = static_cast<std::size_t>(fixed.component);
     const Real value = values[static_cast<std::size_t>(fixed.condition)][d];
+    const Real change = changes[static_cast<std::size_t>(fixed.condition)][d];
     const Real m = nodes.mass[fixed.lane];
     if (m > 0 && m >= dynamics.mass_cutoff && tile.booked[fixed.lane] > 0) {
       const Real p = nodes.momentum[d][fixed.lane];
       const Real damping_impulse = dt * dynamics.damping * p;
       ledger.damping_impulse[d] += damping_impulse;
       ledger.damping_dissipation -= damping_impulse * nodes.velocity[d][fixed.lane];
-      // FLIP particles miss dt (f + m g); the PIC share is given the momentum of the prescribed velocity instead of the node's own.
-      const Real impulse = (1 - dynamics.flip) * (m * value - p) - dt * (nodes.force[d][fixed.lane] + m * dynamics.gravity[d]);
+      // FLIP particles have the change of the prescribed velocity in place of dt (f + m g); the PIC share is given the momentum of the
+      // prescribed velocity instead of the node's own.
+      const Real impulse =
+          (1 - dynamics.flip) * (m * value - p) + dynamics.flip * m * change - dt * (nodes.force[d][fixed.lane] + m * dynamics.gravity[d]);
       ledger.boundary_impulse[d] += impulse;
       ledger.boundary_work += impulse * value;
     }
     nodes.velocity[d][fixed.lane] = static_cast<R>(value);
-    nodes.second[d][fixed.lane] = 0;
+    nodes.second[d][fixed.lane] = static_cast<R>(change / dt);
   }
   constrain_normals(tile, dynamics, dt, ledger);
   touch_surfaces(tile, dynamics, values, dt, ledger);

@@ -39,9 +39,9 @@ class BoundaryConditions {
   std::vector<Vec<Dim>> velocities(Real t) const;
 
   /// Imposes the velocities after the momentum equation, books impulse and work, and takes the damping of the fixed directions out of
-  /// the books again.
-  void constrain(Tile<Dim, R>& tile, const NodalDynamics<Dim>& dynamics, const std::vector<Vec<Dim>>& values, Real dt,
-                 Ledger& ledger) const;
+  /// the books again. `changes`: of the velocities in this step [m/s], which particles of FLIP take along.
+  void constrain(Tile<Dim, R>& tile, const NodalDynamics<Dim>& dynamics, const std::vector<Vec<Dim>>& values,
+                 const std::vector<Vec<Dim>>& changes, Real dt, Ledger& ledger) const;
 
   /// Imposes the velocities on `second` only (USF, second mapping of MUSL).
   void constrain_second(Tile<Dim, R>& tile, const std::vector<Vec<Dim>>& values) const;

@@ -221,6 +221,10 @@ void Grid<Dim, R>::start_pass(NodePass pass, const KernelTable<Dim, R>& kernels,
   dynamics_ = dynamics;
   dt_ = dt;
   boundary_velocities_ = conditions_->velocities(t);
+  boundary_changes_ = conditions_->velocities(t - dt);
+  for (std::size_t c = 0; c < boundary_changes_.size(); ++c) {
+    for (std::size_t d = 0; d < Dim; ++d) boundary_changes_[c][d] = boundary_velocities_[c][d] - boundary_changes_[c][d];
+  }
   sums_.assign(bands_.size(), {});
   books_.assign(bands_.size(), {});
 }
@@ -232,7 +236,7 @@ void Grid<Dim, R>::work_tile(TileType& tile, std::size_t band) {
   if (pass_ == NodePass::advance || pass_ == NodePass::advance_keep) {
     if (body_force_ != nullptr) add_body_force(tile);
     kernels_->advance(tile.values, dynamics_, dt_, tile.booked, sums_[band]);
-    if (is_constrained) conditions_->constrain(tile, dynamics_, boundary_velocities_, dt_, books_[band]);
+    if (is_constrained) conditions_->constrain(tile, dynamics_, boundary_velocities_, boundary_changes_, dt_, books_[band]);
     if (body_force_ != nullptr) book_body_force(tile, books_[band]);
     for (int d = 0; d < Dim && is_refined_; ++d) std::copy_n(tile.values.velocity[d], k_lanes<R>, tile.values.second[d]);
   } else if (pass_ == NodePass::refine) {

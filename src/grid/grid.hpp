@@ -220,6 +220,7 @@ class Grid {
   NodalDynamics<Dim> dynamics_;
   Real dt_ = 0;
   std::vector<Vec<Dim>> boundary_velocities_;
+  std::vector<Vec<Dim>> boundary_changes_;  ///< Of these velocities in the step [m/s].
   std::vector<NodalSums<Dim>> sums_;
   std::vector<Ledger> books_;
 };

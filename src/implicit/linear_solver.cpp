@@ -31,7 +31,10 @@ bool is_solved(const SparseMatrix& K, const Vector& b, const Vector& x) {
 template <class Method>
 class Direct final : public LinearSolver {
  public:
-  explicit Direct(std::string name) : name_(std::move(name)) {}
+  explicit Direct(std::string name) : name_(std::move(name)) {
+    // CHOLMOD would print that a matrix is not positive definite; whoever asked hears it from factorize.
+    if constexpr (requires { method_.cholmod(); }) method_.cholmod().print = 0;
+  }
   std::string name() const override { return name_; }
   void analyze(const SparseMatrix& K) override { method_.analyzePattern(K); }
   bool factorize(const SparseMatrix& K, Symmetry) override {
@@ -80,6 +83,9 @@ class Iterative final : public LinearSolver {
 };
 
 using Ldlt = Eigen::SimplicialLDLT<SparseMatrix>;
+#ifdef MATPOINT_HAS_SUITESPARSE
+using Supernodal = Direct<Eigen::CholmodSupernodalLLT<SparseMatrix>>;
+#endif
 using SparseLu = Eigen::SparseLU<SparseMatrix, Eigen::COLAMDOrdering<int>>;
 using Ilut = Eigen::IncompleteLUT<Real>;
 
@@ -103,29 +109,6 @@ class DefiniteLdlt final : public LinearSolver {
   const SparseMatrix* K_ = nullptr;
 };
 
-#ifdef MATPOINT_HAS_SUITESPARSE
-/// CHOLMOD's supernodal LL^T, which says nothing where a matrix is not positive definite but that it failed.
-class Supernodal final : public LinearSolver {
- public:
-  Supernodal() { method_.cholmod().print = 0; }
-  std::string name() const override { return "cholmod"; }
-  void analyze(const SparseMatrix& K) override { method_.analyzePattern(K); }
-  bool factorize(const SparseMatrix& K, Symmetry) override {
-    K_ = &K;
-    method_.factorize(K);
-    return method_.info() == Eigen::Success;
-  }
-  bool solve(const Vector& b, Vector& x) override {
-    x = method_.solve(b);
-    return is_solved(*K_, b, x);
-  }
-
- private:
-  Eigen::CholmodSupernodalLLT<SparseMatrix> method_;
-  const SparseMatrix* K_ = nullptr;
-};
-#endif
-
 std::unique_ptr<LinearSolver> make_lu() {
 #ifdef MATPOINT_HAS_SUITESPARSE
   return std::make_unique<Direct<Eigen::UmfPackLU<SparseMatrix>>>("umfpack");
@@ -137,7 +120,7 @@ std::unique_ptr<LinearSolver> make_lu() {
 /// The Cholesky factorisation for a matrix of so many rows: supernodes pay once they are filled (docs/implicit.md has the measurements).
 std::unique_ptr<LinearSolver> make_cholesky(bool is_large) {
 #ifdef MATPOINT_HAS_SUITESPARSE
-  if (is_large) return std::make_unique<Supernodal>();
+  if (is_large) return std::make_unique<Supernodal>("cholmod");
 #else
   static_cast<void>(is_large);
 #endif
@@ -180,7 +163,7 @@ std::unique_ptr<LinearSolver> make_linear_solver(const std::string& name, Real t
   use_one_blas_thread();
 #ifdef MATPOINT_HAS_SUITESPARSE
   if (name == "umfpack") return make_lu();
-  if (name == "cholmod") return std::make_unique<Supernodal>();
+  if (name == "cholmod") return std::make_unique<Supernodal>(name);
 #endif
   if (name == "ldlt") return std::make_unique<DefiniteLdlt>();
   if (name == "sparse_lu") return std::make_unique<Direct<SparseLu>>(name);

@@ -422,7 +422,7 @@ class ReferenceMpm {
     for (const Constraint& c : constraints) {
       is_free[at(c.node)][c.component] = false;
       v_[at(c.node)][c.component] = c.velocity(t);
-      a_[at(c.node)][c.component] = 0;
+      a_[at(c.node)][c.component] = (c.velocity(t) - c.velocity(t - dt)) / dt;
     }
     for (int n = 0; n < node_count(); ++n) {
       for (std::size_t d = 0; d < dim; ++d) {
