@@ -200,7 +200,7 @@ std::vector<EverydayProblem> everyday_frames() {
                           return {at_most("same_" + name, is_single ? 1e-4 : 1e-9, "the same case"),
                                   at_most("rounding_" + name, is_single ? 1e-5 : 1e-10, "one particle moved by 1e-13 m")};
                         },
-                        3e6, framed.name != "obstacle"});
+                        3e6, framed.name != "obstacle" && framed.name != "fall"});
   }
   return problems;
 }
