@@ -143,6 +143,7 @@ class PythonSimulation {
     record(history_row(simulation_));
   }
   std::vector<std::tuple<std::string, std::vector<Real>, std::vector<Real>, Real>> boundaries() const {
+    require_between_steps();
     std::vector<std::tuple<std::string, std::vector<Real>, std::vector<Real>, Real>> all;
     const auto vector = [&](const Vec3& v) { return std::vector<Real>(v.begin(), v.begin() + simulation_.solver().dim()); };
     for (const BoundaryTotals& one : simulation_.solver().boundaries())

@@ -78,6 +78,9 @@ class Body {
   virtual void add_forces(const std::vector<Real>& values, const std::vector<Index>& ids, const Extent<Dim>& box) = 0;
   /// A box with all particles in it; of updated bodies it may be wider by a cell.
   virtual Extent<Dim> extent() const = 0;
+  /// Whether its velocities are mapped in the frame that turns with it where nothing holds it, and whether something does.
+  virtual bool is_co_rotating() const = 0;
+  virtual void set_held(bool is_held) = 0;
   /// Those in a box, in an order that is the same for any number of threads. `candidates`: the ids to look at,
   /// ascending; null: all.
   virtual std::vector<MovingPoint<Dim>> particles_in(const Extent<Dim>& box, const std::vector<Index>* candidates) const = 0;

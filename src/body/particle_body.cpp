@@ -205,7 +205,10 @@ SweepVariant ParticleBody<Dim, R>::variant() const {
 
 template <int Dim, class R>
 void ParticleBody<Dim, R>::sweep(Sweep what, Real dt, Real flip) {
-  if (scheme_.is_co_rotating && (updates_velocity(what) || what == Sweep::start || what == Sweep::start_momentum)) measure_spin();
+  if (scheme_.is_co_rotating) {
+    if (updates_velocity(what)) measure_spin(dt);
+    if (what == Sweep::start || what == Sweep::start_momentum) measure_spin(0);
+  }
   const Context context = make_context(dt, flip);
   for_each_band([&](std::size_t b) {
     reports_[b].context = context;

@@ -37,6 +37,8 @@ class ParticleBody final : public Body<Dim> {
   Real body_force_power(const std::vector<Real>& values, Vec3& force) const override;
   void add_forces(const std::vector<Real>& values, const std::vector<Index>& ids, const Extent<Dim>& box) override;
   Extent<Dim> extent() const override;
+  bool is_co_rotating() const override { return scheme_.is_co_rotating; }
+  void set_held(bool is_held) override { spin_.is_held = is_held; }
   std::vector<MovingPoint<Dim>> particles_in(const Extent<Dim>& box, const std::vector<Index>* candidates) const override;
   Real viscous_dissipation() const override { return viscous_dissipation_; }
   BadPoint bad_point() const override { return bad_point_; }
@@ -102,12 +104,16 @@ class ParticleBody final : public Body<Dim> {
   /// The rigid turn that has the body's angular momentum.
   struct Spin {
     bool is_used = false;
-    Real velocity_gradient[Dim][Dim] = {};  ///< [1/s]
+    bool is_held = false;  ///< What is held does not turn, whatever its particles' momenta say.
+                           /// Angular momentum over mass as a mean over time, and means of means: the last is free of vibrations [m^2/s].
+    std::array<Vec3, 4> means{};
+    Real velocity_gradient[Dim][Dim] = {};  ///< Of it [1/s].
     Vec3 center{};                          ///< Where sums are taken about: the centre of mass, a step ago [m].
   };
 
   void seed(const BodySpec& spec, Grid<Dim, R>& grid);
-  void measure_spin();
+  /// After a step of dt [s]; 0 at the start.
+  void measure_spin(Real dt);
   template <class Shape>
   Real correct_with(CorrectionPass pass, const Correction<Dim>& correction);
   template <class Shape>

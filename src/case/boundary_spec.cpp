@@ -111,7 +111,7 @@ std::vector<std::string> boundary_names(const std::vector<BoundarySpec>& boundar
 
 void BoundarySpec::declare(ParameterTable<BoundarySpec>& table) {
   table.custom(
-      {"name", "1", "string", "its side", "", "Names the boundary in results.", false},
+      {"name", "1", "string", "its side", "", "Names the boundary in results (implicit solver).", false},
       [](BoundarySpec& boundary, const Input& input, const ReadContext& context) {
         read_value(input, context, "name", any_number(), boundary.name);
         if (boundary.name.empty() || boundary.name.find_first_of(".,\n\"") != std::string::npos)

@@ -18,6 +18,37 @@ std::vector<std::unique_ptr<Grid<Dim, R>>> make_grids(const Case& problem) {
   return grids;
 }
 
+/// The boxes around surfaces that hold more than the component across them for good.
+template <int Dim>
+std::vector<Extent<Dim>> boxes_that_hold(const Case& problem) {
+  std::vector<Extent<Dim>> boxes;
+  for (const BoundarySpec& spec : problem.boundaries) {
+    if (spec.kind == BoundaryKind::slip || spec.kind == BoundaryKind::traction || spec.contact != FaceContact::stick) continue;
+    Extent<Dim> box;
+    const Vec3 lower = spec.region ? spec.region->lower() : problem.grid.lower,
+               upper = spec.region ? spec.region->upper() : problem.grid.upper;
+    std::copy_n(lower.begin(), Dim, box.lower.begin());
+    std::copy_n(upper.begin(), Dim, box.upper.begin());
+    if (!spec.region) {
+      const BoundarySide side = side_of(spec.side);
+      if (spec.components.size() == 1 && spec.components[0] == std::string(1, "xyz"[side.axis])) continue;
+      const auto axis = static_cast<std::size_t>(side.axis);
+      (side.is_upper ? box.lower : box.upper)[axis] = side.is_upper ? box.upper[axis] : box.lower[axis];
+    }
+    boxes.push_back(box);
+  }
+  return boxes;
+}
+
+/// Whether two boxes are nearer to each other than `margin` in each direction.
+template <int Dim>
+bool is_near(const Extent<Dim>& a, const Extent<Dim>& b, const Vec3& margin) {
+  for (std::size_t d = 0; d < Dim; ++d) {
+    if (a.lower[d] > b.upper[d] + margin[d] || b.lower[d] > a.upper[d] + margin[d]) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 template <int Dim, class R>
@@ -68,6 +99,7 @@ ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
     body->note_inside(obstacles);
     has_obstacles_ = has_obstacles_ || (body->is_fluid() && !obstacles.empty());
   }
+  holds_ = boxes_that_hold<Dim>(problem);
   if (problem.solver.fluid_correction.value_or(false)) {
     const bool has_filter = problem.solver.transfer == Transfer::flip && problem.solver.flip == 1;
     correction_ = std::make_unique<FluidCorrection<Dim, R>>(has_filter, *grids_[0], boundary_conditions_, bodies_);
@@ -80,6 +112,21 @@ ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
     }
     for (auto& grid : grids_) grid->set_body_force(&body_force_values_);
     update_body_force(0);
+  }
+}
+
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::find_held() {
+  const bool shares_grid = grids_.size() == 1;
+  if (std::none_of(bodies_.begin(), bodies_.end(), [](const auto& body) { return body->is_co_rotating(); })) return;
+  std::vector<Extent<Dim>> boxes;
+  for (const auto& body : bodies_) boxes.push_back(body->extent());
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (!bodies_[b]->is_co_rotating()) continue;
+    bool is_held = std::any_of(holds_.begin(), holds_.end(), [&](const auto& box) { return is_near(boxes[b], box, geometry_.cell_size); });
+    for (std::size_t other = 0; other < bodies_.size() && shares_grid; ++other)
+      is_held = is_held || (other != b && is_near(boxes[b], boxes[other], geometry_.cell_size));
+    bodies_[b]->set_held(is_held);
   }
 }
 
@@ -180,6 +227,7 @@ template <int Dim, class R>
 void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
   update_body_force(t);
   update_gravity(t);
+  find_held();
   if (!is_mapped_) start();
   // The stress order decides when forces are mapped: at the start of a step, or at the end of the one before.
   if (stress_order_ == StressOrder::usf) update_particle_forces(t);

@@ -58,6 +58,8 @@ class ExplicitSolver final : public Solver {
   void refine(Real t, Real dt);
   void start_pass(typename Grid<Dim, R>::NodePass pass, Real t, Real dt);
   void sweep(const char* label, Sweep what, Real dt);
+  /// Tells bodies with a frame of their own whether something holds them: a surface that sticks, or a body in the same velocity field.
+  void find_held();
   void check_state(Real t);
   void return_escaped(Real t);
   void keep_out(Real t);
@@ -87,7 +89,9 @@ class ExplicitSolver final : public Solver {
   /// has mapped them, too.
   bool is_mapped_ = false;
   bool has_obstacles_ = false;  ///< That fluids may meet.
-  Real time_ = 0;               ///< At the end of the last step [s].
+  /// Boxes around the surfaces that hold what touches them for good.
+  std::vector<Extent<Dim>> holds_;
+  Real time_ = 0;  ///< At the end of the last step [s].
   std::vector<Escape> escapes_;
   Ledger ledger_;
   Profile profile_;

@@ -221,9 +221,12 @@ void Grid<Dim, R>::start_pass(NodePass pass, const KernelTable<Dim, R>& kernels,
   dynamics_ = dynamics;
   dt_ = dt;
   boundary_velocities_ = conditions_->velocities(t);
-  boundary_changes_ = conditions_->velocities(t - dt);
-  for (std::size_t c = 0; c < boundary_changes_.size(); ++c) {
-    for (std::size_t d = 0; d < Dim; ++d) boundary_changes_[c][d] = boundary_velocities_[c][d] - boundary_changes_[c][d];
+  if (pass == NodePass::advance || pass == NodePass::advance_keep) {
+    // A function of time need not know a time before the start, which rounding may ask for.
+    boundary_changes_ = conditions_->velocities(std::max(Real{0}, t - dt));
+    for (std::size_t c = 0; c < boundary_changes_.size(); ++c) {
+      for (std::size_t d = 0; d < Dim; ++d) boundary_changes_[c][d] = boundary_velocities_[c][d] - boundary_changes_[c][d];
+    }
   }
   sums_.assign(bands_.size(), {});
   books_.assign(bands_.size(), {});

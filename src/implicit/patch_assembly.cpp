@@ -36,22 +36,18 @@ struct ProjectedPoint {
     for (int i = 0; i < n; ++i) S[i] = s * S_law[i] - t / Dim * B[i];
     p = t / (Dim * m);
     if (D_law == nullptr) return;
-    Real Y[n * n];  // D' : dA'/dA
-    for (int ij = 0; ij < n; ++ij) {
-      Real DA = 0;
-      for (int pq = 0; pq < n; ++pq) DA += D_law[ij * n + pq] * A[pq];
-      for (int kl = 0; kl < n; ++kl) Y[ij * n + kl] = s * D_law[ij * n + kl] - s / Dim * DA * B[kl];
-    }
-    Real AY[n];  // A : Y
-    for (int kl = 0; kl < n; ++kl) {
-      AY[kl] = 0;
-      for (int ij = 0; ij < n; ++ij) AY[kl] += A[ij] * Y[ij * n + kl];
-    }
+    Real Y[n * n];        // D' : dA'/dA
     Real DA[n], ADA = 0;  // D' : A, A : D' : A
     for (int ij = 0; ij < n; ++ij) {
       DA[ij] = 0;
       for (int pq = 0; pq < n; ++pq) DA[ij] += D_law[ij * n + pq] * A[pq];
       ADA += A[ij] * DA[ij];
+      for (int kl = 0; kl < n; ++kl) Y[ij * n + kl] = s * D_law[ij * n + kl] - s / Dim * DA[ij] * B[kl];
+    }
+    Real AY[n];  // A : Y
+    for (int kl = 0; kl < n; ++kl) {
+      AY[kl] = 0;
+      for (int ij = 0; ij < n; ++ij) AY[kl] += A[ij] * Y[ij * n + kl];
     }
     for (int i = 0; i < Dim; ++i) {
       for (int j = 0; j < Dim; ++j) {

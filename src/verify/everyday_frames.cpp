@@ -73,6 +73,15 @@ std::string elastic(Real density, Real E, Real nu = 0.3) {
   return fmt::format("material = {{ type = \"neo_hookean\", density = {}, youngs_modulus = {}, poissons_ratio = {} }}\n", density, E, nu);
 }
 
+/// Two disks that meet, not quite head-on.
+std::string two_disks(const Writer& w, const std::string& contact) {
+  const auto disk = [&](const char* name, Real x, Real y, Real radius, const std::string& velocity) {
+    return body(name, fmt::format("{{ type = \"disk\", center = {}, radius = {} }}", w.point(x, y), radius), elastic(1000, 1e4), velocity);
+  };
+  return w.grid(0, -0.5, 1, 0.5, 20, 20) + "[solver]\ncontact = \"" + contact + "\"\n" +
+         w.in_order({disk("a", 0.3, 0.02, 0.2, w.vector(0.5, 0.1)), disk("b", 0.72, 0, 0.21, w.vector(-0.5, 0))});
+}
+
 struct FramedCase {
   std::string name;
   Real width, end;
@@ -99,24 +108,8 @@ const std::vector<FramedCase>& framed_cases() {
                 body("block", w.box(0.35, 0.3, 0.65, 0.6), elastic(2700, 1e8), w.vector(0.4, -3)) + w.side("bottom") +
                 "contact = \"no_tension\"\n";
        }},
-      {"disks", 1, 0.3,
-       [](const Writer& w) {
-         const auto disk = [&](Real x, Real y, Real r) {
-           return fmt::format("{{ type = \"disk\", center = {}, radius = {} }}", w.point(x, y), r);
-         };
-         return w.grid(0, -0.5, 1, 0.5, 20, 20) + "[solver]\ncontact = \"pairs\"\n" +
-                w.in_order({body("a", disk(0.3, 0.02, 0.2), elastic(1000, 1e4), w.vector(0.5, 0.1)),
-                            body("b", disk(0.72, 0, 0.21), elastic(1000, 1e4), w.vector(-0.5, 0))});
-       }},
-      {"fields", 1, 0.3,
-       [](const Writer& w) {
-         const auto disk = [&](Real x, Real y, Real r) {
-           return fmt::format("{{ type = \"disk\", center = {}, radius = {} }}", w.point(x, y), r);
-         };
-         return w.grid(0, -0.5, 1, 0.5, 20, 20) + "[solver]\ncontact = \"multi_field\"\n" +
-                w.in_order({body("a", disk(0.3, 0.02, 0.2), elastic(1000, 1e4), w.vector(0.5, 0.1)),
-                            body("b", disk(0.72, 0, 0.21), elastic(1000, 1e4), w.vector(-0.5, 0))});
-       }},
+      {"disks", 1, 0.3, [](const Writer& w) { return two_disks(w, "pairs"); }},
+      {"fields", 1, 0.3, [](const Writer& w) { return two_disks(w, "multi_field"); }},
       {"dam", 1, 0.25,
        [](const Writer& w) {
          return "gravity = " + w.vector(0, -9.81) + "\n" + w.grid(0, 0, 1, 1, 20, 20) +

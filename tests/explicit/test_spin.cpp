@@ -106,6 +106,47 @@ material = {{ type = "neo_hookean", density = 1000, youngs_modulus = 1e5, poisso
   }
 }
 
+/// A stiff slab on a side that holds it, or two that stick to each other, set vibrating.
+std::string vibrating(bool is_glued, const std::string& solver) {
+  const auto body = [](const char* name, const char* lower, const char* upper, const char* velocity) {
+    return fmt::format(R"([[body]]
+name = "{}"
+region = {{ type = "box", lower = {}, upper = {} }}
+layout = {{ type = "per_cell", count = 4 }}
+velocity = {{ type = "uniform", value = {} }}
+material = {{ type = "neo_hookean", density = 1000, youngs_modulus = 1e8, poissons_ratio = 0.3 }}
+)",
+                       name, lower, upper, velocity);
+  };
+  const std::string top = "[grid]\nupper = [2, 1]\ncell_size = 0.1\n[time]\nend = 0.4\n[solver]\n" + solver + "\n";
+  if (is_glued) return top + body("a", "[0.6, 0.3]", "[0.9, 0.7]", "[0, 0.3]") + body("b", "[0.9, 0.3]", "[1.3, 0.7]", "[0, -0.3]");
+  return top + body("slab", "[0, 0.3]", "[0.2, 0.7]", "[0, 0.5]") + "[[boundary]]\nside = \"left\"\nkind = \"fixed\"\n";
+}
+
+TEST(SpinOf, what_is_held_vibrates_as_without_a_frame) {
+  for (const bool is_glued : {false, true}) {
+    for (const char* shape : {"gimp", "bspline2"}) {
+      Real greatest[2] = {};
+      for (const bool is_on : {false, true}) {
+        const std::string solver = fmt::format("shape = \"{}\"\nco_rotating = {}", shape, is_on);
+        Simulation sim(Case::from_input(parse_toml(vibrating(is_glued, solver), "slab"), "slab"));
+        Real start = 0;
+        sim.add_callback([&](const Simulation& now) {
+          Real energy = 0;
+          for (std::size_t b = 0; b < now.solver().body_count(); ++b)
+            energy += now.solver().totals(b).kinetic_energy + now.solver().totals(b).strain_energy;
+          if (start == 0) start = energy;
+          greatest[is_on ? 1 : 0] = std::max(greatest[is_on ? 1 : 0], energy / start);
+          return true;
+        });
+        sim.run();
+      }
+      EXPECT_LT(greatest[0], 1.1) << shape;
+      EXPECT_NEAR(greatest[1], greatest[0], 1e-9) << shape << (is_glued ? ", glued" : ", clamped");
+    }
+  }
+}
+
 TEST(SpinOf, an_affine_transfer_is_refused) {
   const Turning one{"", 2, "gimp", "double"};
   EXPECT_THROW(Case::from_input(parse_toml(text_of(one, "co_rotating = true\ntransfer = \"apic\""), "bar"), "bar"), InputError);
