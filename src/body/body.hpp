@@ -26,6 +26,14 @@ struct NodeSurface {
   Vec<Dim> centroid{};  ///< Mean of x_p, weighted by N_i m_p [m].
 };
 
+/// Directions at a node, and how far a body's particles around it reach along each.
+template <int Dim>
+struct NodeReach {
+  static constexpr std::size_t k_directions = 4;
+  std::array<Vec<Dim>, k_directions> along{};
+  std::array<Real, k_directions> farthest{};  ///< Greatest x_p . along [m].
+};
+
 /// A box with its sides along the axes [m].
 template <int Dim>
 struct Extent {
@@ -107,6 +115,8 @@ class Body {
 
   /// Of the particles around each node: for contact.
   virtual std::vector<NodeSurface<Dim>> surfaces(const TileNodes<Dim>& nodes) const = 0;
+  /// Of the particles around each node: takes into `farthest` those that reach farther.
+  virtual void measure_reach(const TileNodes<Dim>& nodes, std::vector<NodeReach<Dim>>& reach) const = 0;
   /// For fluids: which particles are in obstacles from the start, and so may stay there.
   virtual void note_inside(const std::vector<Obstacle>& obstacles) = 0;
   /// For fluids: puts particles that have entered an obstacle back to the nearest place outside, without a velocity into it, and books it.

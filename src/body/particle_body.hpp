@@ -48,6 +48,7 @@ class ParticleBody final : public Body<Dim> {
   void note_inside(const std::vector<Obstacle>& obstacles) override;
   Index keep_out(const std::vector<Obstacle>& obstacles, const Vec3& gravity, Ledger& ledger) override;
   std::vector<NodeSurface<Dim>> surfaces(const TileNodes<Dim>& nodes) const override;
+  void measure_reach(const TileNodes<Dim>& nodes, std::vector<NodeReach<Dim>>& reach) const override;
   void measure_gaps(const TileNodes<Dim>& nodes, int axis, bool is_upper, std::vector<Real>& gaps) const override;
   bool is_fluid() const override { return material_->is_fluid() && blocks_->layout().u < 0; }
   bool fills_space() const override { return blocks_->layout().u < 0; }

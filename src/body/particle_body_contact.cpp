@@ -91,6 +91,20 @@ std::vector<NodeSurface<Dim>> ParticleBody<Dim, R>::surfaces(const TileNodes<Dim
 }
 
 template <int Dim, class R>
+void ParticleBody<Dim, R>::measure_reach(const TileNodes<Dim>& nodes, std::vector<NodeReach<Dim>>& reach) const {
+  for_each_cell_around(nodes, [&](std::size_t i, const std::array<int, 3>&, const Block<Dim, R>& block, int lane) {
+    for (int k = 0; k < block.count(lane); ++k) {
+      const Vec3 x = blocks_->position(block, block.slot(k) + lane, lane);
+      for (std::size_t c = 0; c < NodeReach<Dim>::k_directions; ++c) {
+        Real along = 0;
+        for (std::size_t d = 0; d < Dim; ++d) along += x[d] * reach[i].along[c][d];
+        reach[i].farthest[c] = std::max(reach[i].farthest[c], along);
+      }
+    }
+  });
+}
+
+template <int Dim, class R>
 template <class F>
 void ParticleBody<Dim, R>::for_each_place_near(const Band& band, const Extent<Dim>& box, F&& f) const {
   const bool is_total = blocks_->layout().u >= 0;
@@ -277,12 +291,16 @@ template Real ParticleBody<3, double>::greatest_speed() const;
 template Real ParticleBody<2, float>::greatest_speed() const;
 template Real ParticleBody<3, float>::greatest_speed() const;
 template std::vector<NodeSurface<2>> ParticleBody<2, double>::surfaces(const TileNodes<2>&) const;
+template void ParticleBody<2, double>::measure_reach(const TileNodes<2>&, std::vector<NodeReach<2>>&) const;
 template void ParticleBody<2, double>::measure_gaps(const TileNodes<2>&, int, bool, std::vector<Real>&) const;
 template std::vector<NodeSurface<3>> ParticleBody<3, double>::surfaces(const TileNodes<3>&) const;
+template void ParticleBody<3, double>::measure_reach(const TileNodes<3>&, std::vector<NodeReach<3>>&) const;
 template void ParticleBody<3, double>::measure_gaps(const TileNodes<3>&, int, bool, std::vector<Real>&) const;
 template std::vector<NodeSurface<2>> ParticleBody<2, float>::surfaces(const TileNodes<2>&) const;
+template void ParticleBody<2, float>::measure_reach(const TileNodes<2>&, std::vector<NodeReach<2>>&) const;
 template void ParticleBody<2, float>::measure_gaps(const TileNodes<2>&, int, bool, std::vector<Real>&) const;
 template std::vector<NodeSurface<3>> ParticleBody<3, float>::surfaces(const TileNodes<3>&) const;
+template void ParticleBody<3, float>::measure_reach(const TileNodes<3>&, std::vector<NodeReach<3>>&) const;
 template void ParticleBody<3, float>::measure_gaps(const TileNodes<3>&, int, bool, std::vector<Real>&) const;
 
 }  // namespace matpoint

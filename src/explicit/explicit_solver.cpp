@@ -310,11 +310,12 @@ void ExplicitSolver<Dim, R>::start_pass(typename Grid<Dim, R>::NodePass pass, Re
   using Pass = typename Grid<Dim, R>::NodePass;
   if (pass == Pass::advance || pass == Pass::advance_keep) measure_gaps();
   for (auto& grid : grids_) grid->start_pass(pass, kernels_, dynamics_, t, dt);
-  // MUSL's second velocities are left alone: keeping them from approaching, as one might, turns half of their noise into strain, and two
-  // bodies gain energy by that.
-  if (!contact_ || (pass != Pass::advance && pass != Pass::advance_keep)) return;
+  if (!contact_) return;
   Stage stage(profile_, "contact");
-  contact_->apply(dynamics_.mass_cutoff, dt, ledger_);
+  if (pass == Pass::advance || pass == Pass::advance_keep)
+    contact_->apply(dynamics_.mass_cutoff, dt, ledger_);
+  else if (pass == Pass::velocity || pass == Pass::velocity_keep)
+    contact_->apply_second();
 }
 
 template <int Dim, class R>

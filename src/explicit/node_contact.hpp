@@ -33,6 +33,10 @@ class Contact {
   /// Changes the nodes' velocities and accelerations; to be called after Grid::start_pass(advance), before any sweep. Books what the
   /// impulses take of the kinetic energy, and what walls give back.
   void apply(Real mass_cutoff, Real dt, Ledger& ledger);
+  /// MUSL's second velocities: what has pressed in the last apply() has one velocity across the contact, and along it if it stuck. By what
+  /// the nodes did when they moved, as at surfaces: keeping these velocities from approaching instead would turn half of their noise into
+  /// strain. To be called after Grid::start_pass(velocity).
+  void apply_second();
 
  private:
   /// A tile that several bodies have, in the order of the bodies.
@@ -40,20 +44,32 @@ class Contact {
     std::vector<std::size_t> bodies;
     std::vector<Tile<Dim, R>*> tiles;
   };
+  /// Two bodies at a node that pressed in the last step.
+  struct Pressed {
+    Place<Dim> tile;
+    int lane;
+    std::size_t a;
+    std::size_t b;
+    Vec<Dim> n;
+    bool sticks;
+  };
   /// Velocities of a tile's nodes.
   using Velocities = std::vector<Vec<Dim>>;
 
   std::vector<std::vector<Shared>> find_shared() const;
-  void work(const Shared& shared, std::size_t band, Real mass_cutoff, Real dt, Ledger& ledger) const;
-  bool collide(const Shared& shared, std::size_t a, std::size_t b, Real mass_cutoff, std::vector<Velocities>& velocities) const;
+  void work(const Shared& shared, std::size_t band, Real mass_cutoff, Real dt, Ledger& ledger);
+  bool collide(const Shared& shared, std::size_t a, std::size_t b, Real mass_cutoff, std::vector<Velocities>& velocities,
+               std::vector<Pressed>& pressed) const;
   void mirror(const Tile<Dim, R>& tile, const TileNodes<Dim>& nodes, std::vector<NodeSurface<Dim>>& surfaces) const;
-  Vec<Dim> normal(const NodeSurface<Dim>& a, const NodeSurface<Dim>& b) const;
+  std::vector<Vec<Dim>> normals(const Body<Dim>& body_a, const Body<Dim>& body_b, const TileNodes<Dim>& at,
+                                const std::vector<NodeSurface<Dim>>& a, const std::vector<NodeSurface<Dim>>& b) const;
   bool touch(const NodeSurface<Dim>& a, const NodeSurface<Dim>& b, const Vec<Dim>& n) const;
 
   std::vector<Grid<Dim, R>*> grids_;
   std::vector<const Body<Dim>*> bodies_;
   const BoundaryConditions<Dim, R>& conditions_;
   Real friction_;
+  std::vector<std::vector<Pressed>> pressed_;  ///< Per band of the grid.
 };
 
 }  // namespace matpoint
