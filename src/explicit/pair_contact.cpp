@@ -12,6 +12,10 @@ namespace {
 // Of W, in spacings: wide enough that lattices are smooth, and 33 neighbours in 3D at a flat surface.
 constexpr Real k_range = 2.5;
 
+// Of the dashpots of particles that rub, over the root of a particle's mass times the stiffness of its contact. Without them flat bodies
+// ring against each other for ever: where their pressure swings to nothing and back they slip at less than Coulomb's force.
+constexpr Real k_damping = 0.5;
+
 // Particles per piece of work.
 constexpr std::size_t k_piece = 64;
 
@@ -303,18 +307,31 @@ struct PairContact<Dim>::Participant {
       hold.pulled = along<Dim>(hold.pulled, normal);
       const Real turned = std::sqrt(squared<Dim>(hold.pulled));
       if (turned > 0) hold.pulled = scaled<Dim>(hold.pulled, before / turned);
-      const Vec<Dim> sliding = along<Dim>(velocity_past(other, i), normal);
-      for (std::size_t d = 0; d < Dim; ++d) hold.pulled[d] += sliding[d] * dt;
       const Real k = stiffness * w * w * volume[i];
+      const Real damping = k_damping * std::sqrt(stiffness * volume[i] * of.density * volume[i]) * w;
+      const Vec<Dim> past = velocity_past(other, i);
+      const Real parting = dot<Dim>(past, normal);
+      // Dashpots push only.
+      const Real damped = std::max(-normal_force, -damping * parting);
+      const Vec<Dim> sliding = along<Dim>(past, normal);
+      for (std::size_t d = 0; d < Dim; ++d) hold.pulled[d] += sliding[d] * dt;
       const Real length = std::sqrt(squared<Dim>(hold.pulled));
-      const Real longest = coefficient * normal_force / k;
-      if (length > longest) {
+      const Real greatest = coefficient * (normal_force + damped);
+      if (k * length > greatest) {
         // All that the spring loses: it also gives way where the normal force falls.
-        slip_work[i] = 0.5 * k * (length * length - longest * longest);
-        hold.pulled = scaled<Dim>(hold.pulled, longest / length);
+        slip_work[i] = 0.5 * (k * length * length - greatest * greatest / k);
+        hold.pulled = scaled<Dim>(hold.pulled, greatest / (k * length));
       }
       hold.energy = 0.5 * k * squared<Dim>(hold.pulled);
-      friction[i] = scaled<Dim>(hold.pulled, -k);
+      Vec<Dim> pull;
+      for (std::size_t d = 0; d < Dim; ++d) pull[d] = k * hold.pulled[d] + damping * sliding[d];
+      const Real size = std::sqrt(squared<Dim>(pull));
+      if (size > greatest) pull = scaled<Dim>(pull, greatest / size);
+      for (std::size_t d = 0; d < Dim; ++d) {
+        slip_work[i] += (pull[d] - k * hold.pulled[d]) * sliding[d] * dt;
+        friction[i][d] = damped * normal[d] - pull[d];
+      }
+      slip_work[i] -= damped * parting * dt;
     });
   }
 
@@ -372,7 +389,9 @@ PairContact<Dim>::PairContact(const Case& problem, std::vector<const Body<Dim>*>
         // Most bodies have particles of one volume.
         Real last = 0;
         for (const Real volume : points_[pair.bodies[s]].volumes) {
-          pair.at_touch[s].push_back(volume == last ? pair.at_touch[s].back() : kernel.beyond_plane(0.5 * std::pow(volume, Real{1} / Dim)));
+          const Real half = 0.5 * std::pow(volume, Real{1} / Dim);
+          const Real rows = points_[pair.bodies[1 - s]].spacing;
+          pair.at_touch[s].push_back(volume == last ? pair.at_touch[s].back() : kernel.beyond_surface(half, rows));
           last = volume;
         }
       }
@@ -408,6 +427,7 @@ void PairContact<Dim>::update(Real dt) {
     else
       let_go(pair, {});
   }
+  is_first_ = false;
   // A particle may touch two bodies.
   for (Points& points : points_) {
     std::vector<Index>& ids = points.forces.ids;
@@ -455,11 +475,28 @@ void PairContact<Dim>::meet(Pair& pair, Real dt) {
   for (Participant& side : sides) side.sort();
   for (int s : {0, 1}) sides[s].find_near(sides[1 - s]);
   for (int s : {0, 1}) sides[s].press(sides[1 - s]);
+  if (is_first_) {
+    lay(pair, sides);
+    for (int s : {0, 1}) sides[s].press(sides[1 - s]);
+  }
   for (int s : {0, 1}) sides[s].push(sides[1 - s]);
   if (friction_ > 0) rub(pair, sides, dt);
   for (const Participant& side : sides) {
     for (const Real energy : side.energy) energy_ += energy;
     add_forces(side);
+  }
+}
+
+/// Bodies that are laid on each other touch without a force: their lattices, which c sees to a thousandth, may not lift them.
+template <int Dim>
+void PairContact<Dim>::lay(Pair& pair, const Participant (&sides)[2]) {
+  constexpr Real k_seen = 0.01;
+  for (std::size_t s : {0, 1}) {
+    for (std::size_t i = 0; i < sides[s].count(); ++i) {
+      Real& at_touch = pair.at_touch[s][static_cast<std::size_t>(sides[s].points[i].id)];
+      const Real c = sides[s].c[i];
+      if (c > at_touch && c < at_touch + k_seen) at_touch = c;
+    }
   }
 }
 

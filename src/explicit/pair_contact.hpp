@@ -8,7 +8,7 @@
 //     c_p = sum_q V_q W(|x_p - x_q|),     W = alpha (1 - d^2 / R^2)^4 for d < R = 2.5 spacings,  integral 1,
 //
 // a smooth fraction of volume: 0 far away, 1 inside. Where flat surfaces touch, p is half a spacing away from the other body and c_p is
-// c0_p, the share of W beyond a plane at that distance. What is more presses:
+// c0_p, the sum over rows of particles beyond a plane at that distance. What is more presses:
 //
 //     Phi = sum_p V_p K / 2 <c_p - c0_p>^2     over the particles of both bodies,     F = -dPhi/dx.
 //
@@ -19,7 +19,7 @@
 //
 // Friction: p moves along the surface against the mean of its neighbours of the other body, weighted as in c_p. A spring keeps that
 // displacement, gives way where it pulls harder than mu times the normal force of p's own share of Phi (Cundall & Strack 1979), and pulls
-// p one way and the neighbours, with the same weights, the other.
+// p one way and the neighbours, with the same weights, the other. Dashpots beside the springs, along and across, calm what rubs.
 #pragma once
 
 #include <memory>
@@ -72,6 +72,7 @@ class PairContact {
   static Real reach_of(const Pair& pair);
   void search();
   void meet(Pair& pair, Real dt);
+  void lay(Pair& pair, const Participant (&sides)[2]);
   void rub(Pair& pair, Participant (&sides)[2], Real dt);
   void let_go(Pair& pair, std::array<std::vector<Hold>, 2> holds);
   void add_forces(const Participant& side);
@@ -80,6 +81,7 @@ class PairContact {
   std::vector<Pair> pairs_;
   std::vector<Image> images_;
   Real friction_;
+  bool is_first_ = true;  ///< No update yet.
   Real free_way_ = 0;  ///< So far two particles may approach each other before the next search [m].
   Real energy_ = 0;
   Real dissipated_ = 0;

@@ -17,8 +17,9 @@ class PairKernel {
   Real slope(Real q) const { return 8 * alpha_ * q * q * q / (range_ * range_); }
   /// The integral of W over a plane at the distance z [1/m].
   Real over_plane(Real z) const;
-  /// The integral of W over all beyond that plane [1].
-  Real beyond_plane(Real z) const;
+  /// The sum of W over rows of particles beyond a surface at the distance z, each half a spacing or more behind it [1]. Its integral would
+  /// be 5 % more: flat bodies would come to rest 4 % of a spacing too near to each other.
+  Real beyond_surface(Real z, Real spacing) const;
 
  private:
   Real range_;
