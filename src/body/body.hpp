@@ -29,7 +29,7 @@ struct NodeSurface {
 /// Directions at a node, and how far a body's particles around it reach along each.
 template <int Dim>
 struct NodeReach {
-  static constexpr std::size_t k_directions = 4;
+  static constexpr std::size_t k_directions = 5;
   std::array<Vec<Dim>, k_directions> along{};
   std::array<Real, k_directions> farthest{};  ///< Greatest x_p . along [m].
 };

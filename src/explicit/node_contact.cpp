@@ -158,9 +158,16 @@ std::vector<Vec<Dim>> Contact<Dim, R>::normals(const Body<Dim>& body_a, const Bo
   std::vector<NodeReach<Dim>> reach_a(at.lanes.size()), reach_b(at.lanes.size());
   for (std::size_t i = 0; i < at.lanes.size(); ++i) {
     std::array<Vec<Dim>, NodeReach<Dim>::k_directions> along;
-    for (std::size_t d = 0; d < Dim; ++d)
-      along[0][d] = a[i].outward[d] - b[i].outward[d], along[1][d] = a[i].outward[d], along[2][d] = -b[i].outward[d],
+    for (std::size_t d = 0; d < Dim; ++d) {
+      const Real of_a = a[i].outward[d];
+      const Real of_b = -b[i].outward[d];
+      along[0][d] = of_a + of_b;
+      along[1][d] = of_a;
+      along[2][d] = of_b;
       along[3][d] = b[i].centroid[d] - a[i].centroid[d];
+      // What both agree on: at the corners of blocks with flush sides each leans its own way.
+      along[4][d] = of_a * of_b <= 0 ? 0 : std::abs(of_a) < std::abs(of_b) ? of_a : of_b;
+    }
     for (std::size_t c = 0; c < along.size(); ++c) {
       const Real size = std::sqrt(dot(along[c], along[c]));
       for (std::size_t d = 0; d < Dim && size > 0; ++d) {

@@ -14,7 +14,7 @@ constexpr Real k_range = 2.5;
 
 // Of the dashpots of particles that rub, over the root of a particle's mass times the stiffness of its contact. Without them flat bodies
 // ring against each other for ever: where their pressure swings to nothing and back they slip at less than Coulomb's force.
-constexpr Real k_damping = 0.5;
+constexpr Real k_damping = 1;
 
 // Particles per piece of work.
 constexpr std::size_t k_piece = 64;
