@@ -391,8 +391,8 @@ TEST(PairContact, a_stiff_block_laid_on_another_stays_there_and_slides_as_coulom
       sim.run();
       const Real way = sim.solver().totals(0).center_of_mass[0] - start[0];
       EXPECT_NEAR(way, speed * speed / (2 * 0.3 * 9.81), 0.02 * 0.17) << dim;
-      // It neither drops onto the other one nor is thrown up by its lattice, whose waves are 0.003 spacings high.
-      EXPECT_GT(height.least, -0.006 * k_spacing) << dim;
+      // It neither drops onto the other one nor is thrown up by its lattice; both sag by 0.01 spacings under their weight.
+      EXPECT_GT(height.least, -0.02 * k_spacing) << dim;
       EXPECT_LT(height.greatest, 0.02 * k_spacing) << dim;
     }
   }
