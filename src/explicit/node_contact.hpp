@@ -6,7 +6,8 @@
 // exactly, and the nodes' kinetic energy never grows.
 //
 //     normal    n, one for both bodies: of what they suggest (g_a, -g_b, their sum, what both agree on, c) the direction along which the
-//               particles around the node are farthest apart; g_a = sum of V_p grad N_i over the particles of a points out of it
+//               particles around the node are farthest apart; g_a = sum of V_p grad N_i over the particles of a points out of it. With
+//               a fluid the longer of g_a and -g_b
 //     touching  n . c < 0.775 h and n . c >= |c| / 2, with c the line from the centroid of a's mass at the node to that of b's
 //     impulse   J_n = m_a m_b / (m_a + m_b) (v_a - v_b) . n, if that is positive; |J_t| <= mu J_n, and no more than stops the sliding
 //
