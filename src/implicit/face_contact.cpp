@@ -64,7 +64,9 @@ FaceContacts<Dim>::FaceContacts(const std::vector<BoundarySpec>& specs, const Ba
                         can_slip ? State::slips : State::sticks});
     }
   }
-  if (!nodes_.empty()) released_.assign(static_cast<std::size_t>(basis.node_count() * Dim), false);
+  if (nodes_.empty()) return;
+  released_.assign(static_cast<std::size_t>(basis.node_count() * Dim), false);
+  is_free_.assign(static_cast<std::size_t>(basis.node_count()), false);
 }
 
 template <int Dim>
@@ -75,7 +77,9 @@ bool FaceContacts<Dim>::holds_along(const Node& one, std::size_t d) const {
 template <int Dim>
 void FaceContacts<Dim>::mark() {
   std::fill(released_.begin(), released_.end(), false);
+  std::fill(is_free_.begin(), is_free_.end(), false);
   for (const Node& one : nodes_) {
+    if (one.state == State::free) is_free_[static_cast<std::size_t>(one.node)] = true;
     if (one.state == State::sticks) continue;
     for (std::size_t d = 0; d < Dim; ++d) {
       const bool is_across = d == one.axis && one.state == State::free;

@@ -31,6 +31,8 @@ class FaceContacts {
   void start(const StepSpace<Dim>& space);
   /// Components that are let go now, by node and component, for StepSpace::release.
   const std::vector<bool>& released() const { return released_; }
+  /// Whether a node of a face is let go across it now.
+  bool is_free(Index node) const { return !is_free_.empty() && is_free_[static_cast<std::size_t>(node)]; }
   /// Friction at nodes that slip now, by active node; empty without any. With the faces' displacements by condition [m].
   std::vector<FaceFriction<Dim>> friction(const StepSpace<Dim>& space, const std::vector<Vec<Dim>>& displacements) const;
   /// With the displacements [m] and the residual [N] of a converged solve, by active node and component, and the faces' displacements by
@@ -85,6 +87,7 @@ class FaceContacts {
   const NodeConditions<Dim>& conditions_;
   std::vector<Node> nodes_;
   std::vector<bool> released_;
+  std::vector<bool> is_free_;  ///< By node.
   int sets_ = 0;
   int held_ = 0;
   int slipping_ = 0;

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "body/particle_fields.hpp"
+#include "implicit/balance.hpp"
 
 namespace matpoint {
 namespace {
@@ -305,7 +306,10 @@ std::optional<std::string> ImplicitSolver<Dim>::try_step(Real t, Real dt) {
   contacts_.start(space_);
   bool is_settled = false;
   while (!is_settled) {
-    if (!contacts_.is_empty()) take_contacts(load, displacements);
+    if (!contacts_.is_empty()) {
+      take_contacts(load, displacements);
+      if (spec_.mode == ImplicitMode::dynamic) balance(t, dt);
+    }
     if (const auto failure = solve(load, displacements, u)) return failure;
     is_settled = true;
     if (contacts_.is_empty()) break;
@@ -324,6 +328,53 @@ void ImplicitSolver<Dim>::take_contacts(StepLoad<Dim>& load, const std::vector<V
   assembly_.start();
   if (assembly_.is_new_pattern()) newton_.forget_pattern();
   load.friction = contacts_.friction(space_, displacements);
+}
+
+template <int Dim>
+void ImplicitSolver<Dim>::balance(Real t, Real dt) {
+  StepLoad<Dim> load = make_load(t, dt);
+  load.inertia = {};
+  const std::vector<Real> zero(space_.nodes().size() * Dim, 0);
+  std::vector<Real> residual;
+  assembly_.residual(zero, load, residual);
+  // A node that slips has the friction of the step before; one that is let go has nothing.
+  std::vector<std::vector<Real>> held(boundaries_.size(), zero);
+  std::vector<Real> force(residual.size());
+  for (std::size_t k = 0; k < force.size(); ++k) {
+    force[k] = -residual[k];
+    const Index node = space_.nodes()[k / Dim];
+    if (space_.unknown(static_cast<Index>(k / Dim), static_cast<int>(k % Dim)) < 0 || contacts_.is_free(node)) continue;
+    for (std::size_t b = 0; b < boundaries_.size(); ++b) {
+      held[b][k] = boundaries_[b].work.last(static_cast<std::size_t>(node) * Dim + k % Dim);
+      force[k] += held[b][k];
+    }
+  }
+  const BalancedMotion<Dim> motion = balanced_motion(space_, force);
+  for (std::size_t s = 0; s < sources_.size(); ++s) {
+    if (sources_[s].fem == nullptr) sources_[s].points->acceleration = motion.accelerations[s];
+  }
+  for (std::size_t k = 0; k < force.size(); ++k) {
+    const int component = static_cast<int>(k % Dim);
+    if (space_.unknown(static_cast<Index>(k / Dim), component) >= 0) continue;
+    held[static_cast<std::size_t>(conditions_.condition(space_.nodes()[k / Dim], component))][k] = motion.force[k] + residual[k];
+  }
+  Vec3 total{};
+  gravity_force_ = body_force_force_ = reaction_ = {};
+  space_.for_each_point([&](std::size_t source, std::size_t p, std::size_t) {
+    const PointBody<Dim>& body = *sources_[source].points;
+    for (std::size_t d = 0; d < Dim; ++d) {
+      total[d] += body.mass[p] * body.acceleration[p][d];
+      gravity_force_[d] += body.mass[p] * load.gravity[d];
+      body_force_force_[d] += body.mass[p] * (load.b(source, 1, p, d) - load.gravity[d]);
+    }
+  });
+  for (std::size_t b = 0; b < boundaries_.size(); ++b) {
+    boundaries_[b].work.start_with(space_, held[b]);
+    boundaries_[b].in_slip.start_with(space_, held[b]);
+    boundaries_[b].totals.force = {};
+    for (std::size_t k = 0; k < held[b].size(); ++k) boundaries_[b].totals.force[k % Dim] += held[b][k];
+  }
+  for (std::size_t d = 0; d < Dim; ++d) reaction_[d] = total[d] - gravity_force_[d] - body_force_force_[d];
 }
 
 template <int Dim>

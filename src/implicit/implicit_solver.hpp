@@ -29,6 +29,9 @@ class NodalWork {
   /// Of the last step: half the work of the force at its start, and of that at its end [J].
   Real start() const { return start_; }
   Real end() const { return end_; }
+  /// Of the last step, by node of the background and component [N]; and another one in its place, by active node and component.
+  Real last(std::size_t place) const { return place < last_.size() ? last_[place] : 0; }
+  void start_with(const StepSpace<Dim>& space, const std::vector<Real>& force);
 
  private:
   std::vector<Real> last_;  ///< By node of the background and component [N].
@@ -86,6 +89,8 @@ class ImplicitSolver final : public Solver {
   std::optional<std::string> try_step(Real t, Real dt);
   /// The unknowns and the friction of the faces' set of states as it is; with the faces' displacements by condition [m].
   void take_contacts(StepLoad<Dim>& load, const std::vector<Vec<Dim>>& displacements);
+  /// Where faces let go: the accelerations at the start of the step, and the forces that they balance, on the step's own background.
+  void balance(Real t, Real dt);
   /// Newton's method with the faces' set of states as it is, from `u`, or from 0 where it is empty.
   std::optional<std::string> solve(const StepLoad<Dim>& load, const std::vector<Vec<Dim>>& displacements, std::vector<Real>& u);
   void make_bodies();

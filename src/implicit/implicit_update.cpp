@@ -25,6 +25,12 @@ void NodalWork<Dim>::advance(const StepSpace<Dim>& space, const std::vector<Real
 }
 
 template <int Dim>
+void NodalWork<Dim>::start_with(const StepSpace<Dim>& space, const std::vector<Real>& force) {
+  last_.assign(static_cast<std::size_t>(space.basis().node_count() * Dim), 0);
+  for (std::size_t k = 0; k < force.size(); ++k) last_[static_cast<std::size_t>(space.nodes()[k / Dim]) * Dim + k % Dim] = force[k];
+}
+
+template <int Dim>
 void ImplicitSolver<Dim>::commit(Real t, Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u) {
   std::vector<Real> residual;
   assembly_.residual(u, load, residual);
