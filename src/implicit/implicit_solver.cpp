@@ -8,7 +8,6 @@
 #include <numeric>
 
 #include "body/particle_fields.hpp"
-#include "implicit/balance.hpp"
 
 namespace matpoint {
 namespace {
@@ -308,7 +307,7 @@ std::optional<std::string> ImplicitSolver<Dim>::try_step(Real t, Real dt) {
   while (!is_settled) {
     if (!contacts_.is_empty()) {
       take_contacts(load, displacements);
-      if (spec_.mode == ImplicitMode::dynamic) balance(t, dt);
+      if (spec_.mode == ImplicitMode::dynamic) balance(t, dt, displacements);
     }
     if (const auto failure = solve(load, displacements, u)) return failure;
     is_settled = true;
@@ -330,45 +329,66 @@ void ImplicitSolver<Dim>::take_contacts(StepLoad<Dim>& load, const std::vector<V
   load.friction = contacts_.friction(space_, displacements);
 }
 
+/// (M + (s dt)^2 K) a = f, with f of the places, stresses and loads at the start: M alone is nearly singular where cuts are thin, and what
+/// swings faster than the step sees must not be thrown on. Friction and reactions follow from the same solution.
 template <int Dim>
-void ImplicitSolver<Dim>::balance(Real t, Real dt) {
+void ImplicitSolver<Dim>::balance(Real t, Real dt, const std::vector<Vec<Dim>>& displacements) {
+  // Of the step. Measured on bounces of blocks and disks, E = 1e5 to 1e8, steps of 2 and 0.5 ms, cells of 5 to 20 cm: 0.05 gains up to 14 % of
+  // the energy, from 0.1 on nothing is gained, and 0.25 loses half as much again.
+  constexpr Real k_share = 0.1;
   StepLoad<Dim> load = make_load(t, dt);
-  load.inertia = {};
+  const Real factor = 1 / (k_share * k_share * dt * dt);
+  load.inertia = {factor, 0, 0};
+  load.friction = contacts_.friction(space_, displacements);
   const std::vector<Real> zero(space_.nodes().size() * Dim, 0);
   std::vector<Real> residual;
-  assembly_.residual(zero, load, residual);
-  // A node that slips has the friction of the step before; one that is let go has nothing.
-  std::vector<std::vector<Real>> held(boundaries_.size(), zero);
-  std::vector<Real> force(residual.size());
-  for (std::size_t k = 0; k < force.size(); ++k) {
-    force[k] = -residual[k];
-    const Index node = space_.nodes()[k / Dim];
-    if (space_.unknown(static_cast<Index>(k / Dim), static_cast<int>(k % Dim)) < 0 || contacts_.is_free(node)) continue;
-    for (std::size_t b = 0; b < boundaries_.size(); ++b) {
-      held[b][k] = boundaries_[b].work.last(static_cast<std::size_t>(node) * Dim + k % Dim);
-      force[k] += held[b][k];
-    }
+  Lift lift;
+  assembly_.residual_and_matrix(zero, load, residual, lift);
+  std::vector<Real> way;
+  if (!newton_.solve_linear(residual, Symmetry::general, way)) return;  // the accelerations of the particles do
+  Real greatest = 0;
+  for (Real& x : way) {
+    x = -x;
+    greatest = std::max(greatest, std::abs(x));
   }
-  const BalancedMotion<Dim> motion = balanced_motion(space_, force);
-  for (std::size_t s = 0; s < sources_.size(); ++s) {
-    if (sources_[s].fem == nullptr) sources_[s].points->acceleration = motion.accelerations[s];
-  }
-  for (std::size_t k = 0; k < force.size(); ++k) {
-    const int component = static_cast<int>(k % Dim);
-    if (space_.unknown(static_cast<Index>(k / Dim), component) >= 0) continue;
-    held[static_cast<std::size_t>(conditions_.condition(space_.nodes()[k / Dim], component))][k] = motion.force[k] + residual[k];
-  }
+  std::vector<Real> A;
+  std::vector<Vec<Dim>> du;
+  assembly_.deform(way, A, du);
   Vec3 total{};
   gravity_force_ = body_force_force_ = reaction_ = {};
-  space_.for_each_point([&](std::size_t source, std::size_t p, std::size_t) {
-    const PointBody<Dim>& body = *sources_[source].points;
+  space_.for_each_point([&](std::size_t source, std::size_t p, std::size_t k) {
+    PointBody<Dim>& body = *sources_[source].points;  // sides that let go are for splines, which have no bodies of elements
     for (std::size_t d = 0; d < Dim; ++d) {
+      body.acceleration[p][d] = factor * du[k][d];
       total[d] += body.mass[p] * body.acceleration[p][d];
       gravity_force_[d] += body.mass[p] * load.gravity[d];
       body_force_force_[d] += body.mass[p] * (load.b(source, 1, p, d) - load.gravity[d]);
     }
   });
+  // The reactions that go with them, to first order as the accelerations themselves: by a difference, exact to ten digits.
+  const Real small = greatest > 0 ? 1e-5 * geometry_.cell_size[0] / greatest : 0;
+  std::vector<Real> up = way, down = way, change_up, change_down;
+  for (std::size_t k = 0; k < way.size(); ++k) {
+    up[k] *= small;
+    down[k] *= -small;
+  }
+  assembly_.residual(up, load, change_up);
+  assembly_.residual(down, load, change_down);
+  for (std::size_t k = 0; k < residual.size() && small > 0; ++k) residual[k] += (change_up[k] - change_down[k]) / (2 * small);
+  std::vector<std::vector<Real>> held(boundaries_.size());
+  for (std::size_t k = 0; k < residual.size(); ++k) {
+    const std::size_t n = k / Dim;
+    const int condition = acting_condition(n, k % Dim, load);
+    if (condition < 0) continue;
+    std::vector<Real>& force = held[static_cast<std::size_t>(condition)];
+    force.resize(residual.size(), 0);
+    force[k] = residual[k];
+    if (space_.unknown(static_cast<Index>(n), static_cast<int>(k % Dim)) < 0) continue;
+    const FaceFriction<Dim>& friction = load.friction[n];
+    force[k] = -friction.at(zero.data())[k % Dim] * residual[n * Dim + static_cast<std::size_t>(friction.axis)];
+  }
   for (std::size_t b = 0; b < boundaries_.size(); ++b) {
+    held[b].resize(residual.size(), 0);
     boundaries_[b].work.start_with(space_, held[b]);
     boundaries_[b].in_slip.start_with(space_, held[b]);
     boundaries_[b].totals.force = {};

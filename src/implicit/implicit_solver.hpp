@@ -89,8 +89,10 @@ class ImplicitSolver final : public Solver {
   std::optional<std::string> try_step(Real t, Real dt);
   /// The unknowns and the friction of the faces' set of states as it is; with the faces' displacements by condition [m].
   void take_contacts(StepLoad<Dim>& load, const std::vector<Vec<Dim>>& displacements);
-  /// Where faces let go: the accelerations at the start of the step, and the forces that they balance, on the step's own background.
-  void balance(Real t, Real dt);
+  /// Where sides let go: accelerations at the start of the step that balance the forces on its own background. Those that the particles
+  /// carry balance them on that of the step before, on which they lay elsewhere, with what was held then; the trapezoidal rule takes half of
+  /// them on into the motion, and in a bounce that works in one direction: a block gained up to its whole energy.
+  void balance(Real t, Real dt, const std::vector<Vec<Dim>>& displacements);
   /// Newton's method with the faces' set of states as it is, from `u`, or from 0 where it is empty.
   std::optional<std::string> solve(const StepLoad<Dim>& load, const std::vector<Vec<Dim>>& displacements, std::vector<Real>& u);
   void make_bodies();

@@ -66,6 +66,7 @@ VerifySuite analytic_suite() {
   add_implicit_paper(suite);
   add_implicit_explicit(suite);
   add_implicit_friction(suite);
+  add_implicit_bounce(suite);
   add_coupled_paper(suite);
   add_fem(suite);
   return suite;

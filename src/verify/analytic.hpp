@@ -30,6 +30,7 @@ void add_implicit_incompressible(VerifySuite& suite);
 void add_implicit_paper(VerifySuite& suite);
 void add_implicit_explicit(VerifySuite& suite);
 void add_implicit_friction(VerifySuite& suite);
+void add_implicit_bounce(VerifySuite& suite);
 void add_coupled_paper(VerifySuite& suite);
 void add_fem(VerifySuite& suite);
 

@@ -288,7 +288,7 @@ TEST(ImplicitSolver, receding_particles_are_let_go) {
 }
 
 TEST(FaceContact, a_face_without_tension_pushes_and_never_pulls) {
-  const auto rebound = [](const char* contact, Real& least, Real& greatest) {
+  const auto bounce = [](const char* contact, Real& least, Real& greatest) {
     Simulation sim(read(k_disk, {"time.end=0.5", "body.disk.velocity.value=[0,-2]", "body.disk.velocity.angular_velocity=0",
                                  fmt::format("boundary.1.contact={}", contact)}));
     const Real scale = momentum_scale(sim.solver());
@@ -306,10 +306,58 @@ TEST(FaceContact, a_face_without_tension_pushes_and_never_pulls) {
     return speed;
   };
   Real least = 0, greatest = 0, least_stick = 0, greatest_stick = 0;
-  const Real speed = rebound("no_tension", least, greatest);
+  // The explicit solver has 2.78 m/s on 80 cells; here the disk turns back a third of a cell before the face, so it falls less deep.
+  EXPECT_NEAR(bounce("no_tension", least, greatest), 2.57, 0.03);
   EXPECT_GE(least, -1e-9 * greatest);
-  EXPECT_GT(speed, rebound("stick", least_stick, greatest_stick));
+  bounce("stick", least_stick, greatest_stick);
   EXPECT_LT(least_stick, -1e-3 * greatest_stick);  // a face that holds does pull
+}
+
+// With the accelerations that particles carry from the background of the step before these gained up to 14 % of their kinetic energy.
+TEST(FaceContact, a_bounce_makes_no_energy) {
+  for (const char* shape : {"{ type = \"box\", lower = [0.3, 0.3], upper = [0.7, 0.7] }", "{ type = \"disk\", center = [0.5, 0.5], radius = 0.2 }",
+                            "{ type = \"box\", lower = [0.3, 0.3, 0.3], upper = [0.7, 0.7, 0.7] }"}) {
+    const bool is_3d = std::string(shape).find("0.3, 0.3, 0.3") != std::string::npos;
+    for (const char* contact : {"contact = \"no_tension\"", "contact = \"friction\"\nfriction = 0.3"}) {
+      for (const char* E : {"1e5", "1e7"}) {
+        Simulation sim(read(fmt::format(R"(
+dim = {0}
+gravity = [0, -9.81{1}]
+[grid]
+upper = [1, 1{2}]
+cell_size = {7}
+[time]
+end = 0.12
+dt = 2e-3
+[solver]
+type = "implicit"
+[[body]]
+name = "body"
+region = {3}
+layout = {{ type = "per_cell", count = {4} }}
+velocity = {{ type = "uniform", value = [0.5, -3{1}] }}
+material = {{ type = "neo_hookean", density = 1000, youngs_modulus = {5}, poissons_ratio = 0.3 }}
+[[boundary]]
+side = "bottom"
+kind = "fixed"
+{6}
+)",
+                                        is_3d ? 3 : 2, is_3d ? ", 0" : "", is_3d ? ", 1" : "", shape, is_3d ? 27 : 16, E, contact, is_3d ? 0.2 : 0.1)));
+        const BodyTotals start = sim.solver().totals(0);
+        const Real before = sim.initial_energy();
+        Real greatest = 0;
+        sim.add_callback([&](const Simulation& now) {
+          const BodyTotals totals = now.solver().totals(0);
+          greatest = std::max(greatest, totals.kinetic_energy + totals.strain_energy + totals.gravitational_energy - before);
+          return true;
+        });
+        sim.run();
+        EXPECT_LT(greatest, 1e-4 * start.kinetic_energy) << shape << contact << E;
+        EXPECT_GT(sim.solver().ledger().boundary_impulse[1], start.mass) << "it should have hit the bottom";
+        EXPECT_LT(momentum_remainder(sim), 1e-9 * momentum_scale(sim.solver()));
+      }
+    }
+  }
 }
 
 TEST(FaceContact, in_a_corner_a_node_is_let_go_by_its_face_only) {
