@@ -141,8 +141,8 @@ Real modulus_at_rest(TangentFunction<Dim> evaluate, const Material& material) {
 }  // namespace
 
 template <int Dim>
-Assembly<Dim>::Assembly(const StepSpace<Dim>& space, int patch_width, bool has_linear_patches)
-    : space_(space), patches_(space, patch_width, has_linear_patches) {
+Assembly<Dim>::Assembly(const StepSpace<Dim>& space, int patch_width, bool has_linear_patches, Real surface_penalty)
+    : space_(space), patches_(space, patch_width, has_linear_patches), surface_penalty_(surface_penalty) {
   for (const PointSource<Dim>& source : space.sources()) {
     const Material& material = source.points->material();
     const TangentFunction<Dim> evaluate = tangent_function<Dim>(material);
@@ -160,9 +160,11 @@ void Assembly<Dim>::start() {
   is_new_pattern_ = pattern_ != space_.pattern();
   if (is_new_pattern_) {
     patches_.gather();
+    if (surface_penalty_ > 0) faces_ = surface_faces(space_);
     make_pattern();
   }
   patches_.evaluate();
+  measure_emptiness(space_, faces_);
   // On a background that moves the cells change their shape from step to step.
   const bool is_moved =
       std::any_of(space_.sources().begin(), space_.sources().end(), [](const auto& source) { return source.fem != nullptr; });
@@ -184,6 +186,12 @@ void Assembly<Dim>::make_pattern() {
     for (const int node : patch.nodes) {
       std::vector<int>& around = neighbours[static_cast<std::size_t>(node)];
       around.insert(around.end(), patch.nodes.begin(), patch.nodes.end());
+    }
+  }
+  for (const SurfaceFace<Dim>& face : faces_) {
+    for (const int node : face.nodes) {
+      std::vector<int>& around = neighbours[static_cast<std::size_t>(node)];
+      around.insert(around.end(), face.nodes.begin(), face.nodes.end());
     }
   }
   const auto unknowns_of = [&](int node) {
@@ -233,6 +241,10 @@ void Assembly<Dim>::make_pattern() {
   for (VolumePatch<Dim>& patch : patches_.all()) {
     patch.row_offset.resize(patch.nodes.size() * patch.nodes.size());
     offsets_of(patch.nodes.data(), patch.nodes.size(), patch.row_offset.data());
+  }
+  for (SurfaceFace<Dim>& face : faces_) {
+    face.row_offset.resize(face.nodes.size() * face.nodes.size());
+    offsets_of(face.nodes.data(), face.nodes.size(), face.row_offset.data());
   }
 }
 
@@ -339,7 +351,31 @@ void Assembly<Dim>::assemble(const std::vector<Real>& u, const StepLoad<Dim>& lo
     }
   }
   if (!patches_.is_empty()) assemble_patches(u, load, residual, lift);
+  assemble_faces(u, load, residual, lift);
   for (std::size_t k = 0; k < load.nodal_force.size(); ++k) residual[k] -= load.nodal_force[k];
+}
+
+template <int Dim>
+void Assembly<Dim>::assemble_faces(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift) {
+  std::vector<Real> r, K;
+  for (const SurfaceFace<Dim>& face : faces_) {
+    const std::size_t n = face.nodes.size();
+    const Real modulus = surface_penalty_ * laws_[face.source].soft_modulus * std::pow(face.emptiness, 4);
+    r.assign(n * Dim, 0);
+    if (lift != nullptr) K.assign(n * Dim * n * Dim, 0);
+    for (std::size_t I = 0; I < n; ++I) {
+      for (std::size_t J = 0; J < n; ++J) {
+        const Real k = modulus * face.stiffness[I * n + J];
+        for (std::size_t d = 0; d < Dim; ++d) {
+          r[I * Dim + d] += k * u[static_cast<std::size_t>(face.nodes[J]) * Dim + d];
+          if (lift != nullptr) K[(I * Dim + d) * n * Dim + J * Dim + d] = k;
+        }
+      }
+    }
+    if (!load.friction.empty()) add_friction(face.nodes.data(), n, u, load, r.data(), lift != nullptr ? K.data() : nullptr);
+    for (std::size_t k = 0; k < r.size(); ++k) residual[static_cast<std::size_t>(face.nodes[k / Dim]) * Dim + k % Dim] += r[k];
+    if (lift != nullptr) scatter(face.nodes.data(), n, face.row_offset.data(), K.data(), *lift);
+  }
 }
 
 template <int Dim>
@@ -406,6 +442,15 @@ void Assembly<Dim>::soft_force(const std::vector<Real>& u, std::vector<Real>& ou
     const auto place = [&](std::size_t k) { return static_cast<std::size_t>(nodes[k / Dim]) * Dim + k % Dim; };
     for (std::size_t row = 0; row < width(); ++row) {
       for (std::size_t column = 0; column < width(); ++column) out[place(row)] += K[row * width() + column] * u[place(column)];
+    }
+  }
+  for (const SurfaceFace<Dim>& face : faces_) {
+    const std::size_t n = face.nodes.size();
+    const Real modulus = surface_penalty_ * laws_[face.source].soft_modulus * std::pow(face.emptiness, 4);
+    for (std::size_t k = 0; k < n * n; ++k) {
+      for (std::size_t d = 0; d < Dim; ++d)
+        out[static_cast<std::size_t>(face.nodes[k / n]) * Dim + d] +=
+            modulus * face.stiffness[k] * u[static_cast<std::size_t>(face.nodes[k % n]) * Dim + d];
     }
   }
 }

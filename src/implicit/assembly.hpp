@@ -12,6 +12,7 @@
 #include "core/profile.hpp"
 #include "implicit/linear_solver.hpp"
 #include "implicit/step_space.hpp"
+#include "implicit/surface_faces.hpp"
 #include "implicit/volume_patches.hpp"
 #include "material/tangent.hpp"
 
@@ -76,7 +77,7 @@ template <int Dim>
 class Assembly {
  public:
   /// With patches of so many cells in each direction for nearly incompressible bodies. Throws InputError for a law without a tangent.
-  Assembly(const StepSpace<Dim>& space, int patch_width, bool has_linear_patches);
+  Assembly(const StepSpace<Dim>& space, int patch_width, bool has_linear_patches, Real surface_penalty);
 
   /// To be called when the space has been updated: makes the sparse matrix's places if they changed, and the soft stiffness.
   void start();
@@ -116,6 +117,7 @@ class Assembly {
   void assemble(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift);
   void make_pattern();
   void make_soft_stiffness();
+  void assemble_faces(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift);
   /// The matrix of some nodes into the sparse one; `offsets` by pair (I, K): place of I's rows in the columns of K.
   void scatter(const int* nodes, std::size_t count, const int* offsets, const Real* K, Lift& lift);
   /// Adds the friction on nodes to their residual and their matrix, if there is one.
@@ -137,6 +139,8 @@ class Assembly {
   const StepSpace<Dim>& space_;
   VolumePatches<Dim> patches_;
   std::vector<Law> laws_;
+  Real surface_penalty_;
+  std::vector<SurfaceFace<Dim>> faces_;
 
   SparseMatrix matrix_;
   Index pattern_ = -1;

@@ -119,7 +119,8 @@ ImplicitSolver<Dim>::ImplicitSolver(const Case& problem)
       conditions_(problem.boundaries, *basis_),
       space_(*basis_, conditions_, (make_bodies(), sources_), spec_.soft_stiffness),
       contacts_(problem.boundaries, *basis_, conditions_),
-      assembly_(space_, spec_.basis == BasisKind::bspline ? 2 : 1, spec_.basis == BasisKind::bspline || spec_.element_order == 2),
+      assembly_(space_, spec_.basis == BasisKind::bspline ? 2 : 1, spec_.basis == BasisKind::bspline || spec_.element_order == 2,
+                spec_.surface_penalty),
       newton_(spec_, space_, assembly_, profile_),
       gravity_(problem.gravity_at(0)) {
   geometry_.lower = problem.grid.lower;

@@ -184,7 +184,7 @@ void ImplicitSolver<Dim>::book(Real dt, const StepLoad<Dim>& load, const std::ve
     traction_work_.advance(space_, load.nodal_force, u);
     ledger_.body_force_work += traction_work_.start() + traction_work_.end();
   }
-  if (spec_.soft_stiffness[0] > 0 || spec_.soft_stiffness[1] > 0) {
+  if (spec_.soft_stiffness[0] > 0 || spec_.soft_stiffness[1] > 0 || spec_.surface_penalty > 0) {
     std::vector<Real> soft;
     assembly_.soft_force(u, soft);
     soft_work_.advance(space_, soft, u);

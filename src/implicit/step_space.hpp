@@ -60,6 +60,7 @@ class StepSpace {
   void release(const std::vector<bool>& released);
 
   const Basis<Dim>& basis() const { return basis_; }
+  const NodeConditions<Dim>& conditions() const { return conditions_; }
   int functions() const { return functions_; }
 
   // Active cells, ascending, and their particles. A cell in which several bodies have particles comes once for each of them.
