@@ -19,7 +19,7 @@ struct ImplicitSpec {
   Real gamma = 0.5;
   InitialAcceleration initial_acceleration = InitialAcceleration::consistent;
   std::vector<Real> soft_stiffness = {1e-6, 1e-10};  ///< C_1, C_2 [1]
-  Real surface_penalty = 10;                         ///< gamma of implicit/surface_faces.hpp, on splines [1].
+  Real surface_penalty = 0;                          ///< gamma of implicit/surface_faces.hpp, on splines [1].
   Real increment_tolerance = 1e-9;
   Real increment_absolute = 1e-13;
   Real residual_tolerance = 1e-14;

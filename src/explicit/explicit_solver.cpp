@@ -84,8 +84,8 @@ ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
   dynamics_.flip = problem.solver.transfer == Transfer::flip ? problem.solver.flip : 0;
   // Of less than this share of a particle a node's f / m overflows sooner or later, and its own share of a motion is far below rounding.
   constexpr Real k_lightest = sizeof(R) == 8 ? 1e-200 : 1e-24;
-  dynamics_.mass_cutoff = std::max(problem.solver.mass_cutoff.value_or(problem.solver.mass_cutoff_relative * smallest_mass),
-                                   k_lightest * smallest_mass);
+  dynamics_.mass_cutoff =
+      std::max(problem.solver.mass_cutoff.value_or(problem.solver.mass_cutoff_relative * smallest_mass), k_lightest * smallest_mass);
   check_cutoff(problem.solver, smallest_mass);
   std::vector<const Body<Dim>*> bodies;
   for (const auto& body : bodies_) bodies.push_back(body.get());

@@ -104,7 +104,8 @@ void Contact<Dim, R>::work(const Shared& shared, std::size_t band, Real mass_cut
   for (int round = 0; round < (count == 2 ? 1 : k_rounds); ++round) {
     bool is_changed_now = false;
     for (std::size_t a = 0; a < count; ++a) {
-      for (std::size_t b = a + 1; b < count; ++b) is_changed_now = collide(shared, a, b, mass_cutoff, after, pressed_[band]) || is_changed_now;
+      for (std::size_t b = a + 1; b < count; ++b)
+        is_changed_now = collide(shared, a, b, mass_cutoff, after, pressed_[band]) || is_changed_now;
     }
     if (!is_changed_now) break;
     is_changed = true;
@@ -238,8 +239,8 @@ void Contact<Dim, R>::mirror(const Tile<Dim, R>& tile, const TileNodes<Dim>& nod
 
 /// Two bodies at the nodes of a tile. Returns whether anything changed.
 template <int Dim, class R>
-bool Contact<Dim, R>::collide(const Shared& shared, std::size_t a, std::size_t b, Real mass_cutoff,
-                              std::vector<Velocities>& velocities, std::vector<Pressed>& pressed) const {
+bool Contact<Dim, R>::collide(const Shared& shared, std::size_t a, std::size_t b, Real mass_cutoff, std::vector<Velocities>& velocities,
+                              std::vector<Pressed>& pressed) const {
   const NodeValues<Dim, R>& nodes_a = shared.tiles[a]->values;
   const NodeValues<Dim, R>& nodes_b = shared.tiles[b]->values;
   TileNodes<Dim> at{shared.tiles[a]->first, {}};

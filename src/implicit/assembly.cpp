@@ -360,14 +360,16 @@ void Assembly<Dim>::assemble_faces(const std::vector<Real>& u, const StepLoad<Di
   std::vector<Real> r, K;
   for (const SurfaceFace<Dim>& face : faces_) {
     const std::size_t n = face.nodes.size();
-    const Real modulus = surface_penalty_ * laws_[face.source].soft_modulus * std::pow(face.emptiness, 4);
+    const Real modulus = surface_penalty_ * laws_[face.source].soft_modulus * face.emptiness;
     r.assign(n * Dim, 0);
     if (lift != nullptr) K.assign(n * Dim * n * Dim, 0);
     for (std::size_t I = 0; I < n; ++I) {
       for (std::size_t J = 0; J < n; ++J) {
         const Real k = modulus * face.stiffness[I * n + J];
         for (std::size_t d = 0; d < Dim; ++d) {
-          r[I * Dim + d] += k * u[static_cast<std::size_t>(face.nodes[J]) * Dim + d];
+          // Against the first node: what moves as a whole has no force, not even of rounding.
+          r[I * Dim + d] +=
+              k * (u[static_cast<std::size_t>(face.nodes[J]) * Dim + d] - u[static_cast<std::size_t>(face.nodes[0]) * Dim + d]);
           if (lift != nullptr) K[(I * Dim + d) * n * Dim + J * Dim + d] = k;
         }
       }
@@ -446,7 +448,7 @@ void Assembly<Dim>::soft_force(const std::vector<Real>& u, std::vector<Real>& ou
   }
   for (const SurfaceFace<Dim>& face : faces_) {
     const std::size_t n = face.nodes.size();
-    const Real modulus = surface_penalty_ * laws_[face.source].soft_modulus * std::pow(face.emptiness, 4);
+    const Real modulus = surface_penalty_ * laws_[face.source].soft_modulus * face.emptiness;
     for (std::size_t k = 0; k < n * n; ++k) {
       for (std::size_t d = 0; d < Dim; ++d)
         out[static_cast<std::size_t>(face.nodes[k / n]) * Dim + d] +=

@@ -51,7 +51,7 @@ std::optional<std::size_t> place_of(const StepSpace<Dim>& space, Index node) {
 
 template <int Dim>
 FaceContacts<Dim>::FaceContacts(const std::vector<BoundarySpec>& specs, const Basis<Dim>& basis, const NodeConditions<Dim>& conditions)
-    : conditions_(conditions) {
+    : conditions_(&conditions) {
   const std::vector<std::string> sides = side_names_of<Dim>();
   for (std::size_t c = 0; c < specs.size(); ++c) {
     if (specs[c].contact == FaceContact::stick) continue;
@@ -59,7 +59,7 @@ FaceContacts<Dim>::FaceContacts(const std::vector<BoundarySpec>& specs, const Ba
     const auto side = static_cast<std::size_t>(std::find(sides.begin(), sides.end(), specs[c].side) - sides.begin());
     for (const Index node : basis.side_nodes(specs[c].side)) {
       // Where another condition holds the node across this side, that one decides.
-      if (conditions_.condition(node, static_cast<int>(side / 2)) != static_cast<int>(c)) continue;
+      if (conditions_->condition(node, static_cast<int>(side / 2)) != static_cast<int>(c)) continue;
       nodes_.push_back({node, static_cast<int>(c), side / 2, side % 2 == 0 ? 1.0 : -1.0, can_slip, specs[c].friction,
                         can_slip ? State::slips : State::sticks});
     }
@@ -71,7 +71,7 @@ FaceContacts<Dim>::FaceContacts(const std::vector<BoundarySpec>& specs, const Ba
 
 template <int Dim>
 bool FaceContacts<Dim>::holds_along(const Node& one, std::size_t d) const {
-  return d != one.axis && conditions_.condition(one.node, static_cast<int>(d)) == one.condition;
+  return d != one.axis && conditions_->condition(one.node, static_cast<int>(d)) == one.condition;
 }
 
 template <int Dim>

@@ -84,7 +84,7 @@ class FaceContacts {
   bool holds_along(const Node& one, std::size_t d) const;
   void mark();
 
-  const NodeConditions<Dim>& conditions_;
+  const NodeConditions<Dim>* conditions_;
   std::vector<Node> nodes_;
   std::vector<bool> released_;
   std::vector<bool> is_free_;  ///< By node.

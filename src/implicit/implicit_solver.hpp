@@ -90,9 +90,16 @@ class ImplicitSolver final : public Solver {
   /// The unknowns and the friction of the faces' set of states as it is; with the faces' displacements by condition [m].
   void take_contacts(StepLoad<Dim>& load, const std::vector<Vec<Dim>>& displacements);
   /// Where sides let go: accelerations at the start of the step that balance the forces on its own background. Those that the particles
-  /// carry balance them on that of the step before, on which they lay elsewhere, with what was held then; the trapezoidal rule takes half of
-  /// them on into the motion, and in a bounce that works in one direction: a block gained up to its whole energy.
+  /// carry balance them on that of the step before, on which they lay elsewhere, with what was held then; the trapezoidal rule takes half
+  /// of them on into the motion, and in a bounce that works in one direction: a block gained up to its whole energy.
   void balance(Real t, Real dt, const std::vector<Vec<Dim>>& displacements);
+  /// Newton's method and the faces' sets of states, until they agree; balance() before each where asked for.
+  std::optional<std::string> settle(Real t, Real dt, StepLoad<Dim>& load, const std::vector<Vec<Dim>>& displacements, bool is_balanced,
+                                    std::vector<Real>& u);
+  bool loses_particles(const std::vector<Real>& u) const;
+  struct StepStart;
+  StepStart start_of_step() const;
+  void restore(const StepStart& start);
   /// Newton's method with the faces' set of states as it is, from `u`, or from 0 where it is empty.
   std::optional<std::string> solve(const StepLoad<Dim>& load, const std::vector<Vec<Dim>>& displacements, std::vector<Real>& u);
   void make_bodies();
@@ -145,6 +152,15 @@ class ImplicitSolver final : public Solver {
     BoundaryTotals totals;
     NodalWork<Dim> work;
     NodalWork<Dim> in_slip;  ///< The share of the work in slip along faces, which dissipates.
+  };
+  /// What balance() changes.
+  struct StepStart {
+    FaceContacts<Dim> contacts;
+    std::vector<HeldBoundary> boundaries;
+    Vec3 gravity_force;
+    Vec3 body_force_force;
+    Vec3 reaction;
+    std::vector<std::vector<Vec<Dim>>> accelerations;  ///< By source and particle [m/s^2].
   };
   std::vector<HeldBoundary> boundaries_;  ///< By condition, also those that hold nothing.
   Real work_at_start_ = 0;                ///< Half the work of all reactions at the start of the step, in its displacements [J].

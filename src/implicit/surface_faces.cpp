@@ -97,8 +97,8 @@ SurfaceFace<Dim> make_face(const StepSpace<Dim>& space, std::size_t c, std::size
   return face;
 }
 
-/// Whether a condition ends between the nodes of a line across the face: what it holds is no polynomial of the body, and penalising it would
-/// brake a body that comes near.
+/// Whether a condition ends between the nodes of a line across the face: what it holds is no polynomial of the body, and penalising it
+/// would brake a body that comes near.
 template <int Dim>
 bool crosses_a_condition(const StepSpace<Dim>& space, const SurfaceFace<Dim>& face, int axis) {
   const auto is_held = [&](int n, int d) { return space.conditions().condition(space.nodes()[static_cast<std::size_t>(n)], d) >= 0; };

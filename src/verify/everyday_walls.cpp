@@ -48,8 +48,8 @@ friction = 0.3
 }
 
 /// The same on another body, which the floor holds and pulls along. Gravity comes at once, so the block rings on the other one: while its
-/// pressure swings it slips before it should. A rigid block on a floor with N = W (1 - cos 2 pi t / T), T the period of the bar, has .1505 to
-/// .1532 m/s for E = 1e6 and the two heights and moduli that T may be made of; to .1507 for E = 1e8.
+/// pressure swings it slips before it should. A rigid block on a floor with N = W (1 - cos 2 pi t / T), T the period of the bar, has .1505
+/// to .1532 m/s for E = 1e6 and the two heights and moduli that T may be made of; to .1507 for E = 1e8.
 Measured friction_between(const EverydaySetting& setting, const std::vector<const char*>& moduli, int dim) {
   std::string times, velocities;
   for (int k = 0; k <= 100; ++k) {
@@ -58,8 +58,11 @@ Measured friction_between(const EverydaySetting& setting, const std::vector<cons
     velocities += fmt::format("{}[{}, 0{}]", k == 0 ? "" : ", ", -0.15 * t * t, dim == 3 ? ", 0" : "");
   }
   // Corners of the grid, of the block and of the body below.
-  const char* const corners[][2] = {{"3, 1", "3, 1, 1.2"},         {"1.4, 0.2", "1.4, 0.2, 0.4"}, {"1.8, 0.6", "1.8, 0.6, 0.8"},
-                                    {"0.7, 0", "0.7, 0, 0.2"},     {"2.7, 0.2", "2.7, 0.2, 1"}};
+  const char* const corners[][2] = {{"3, 1", "3, 1, 1.2"},
+                                    {"1.4, 0.2", "1.4, 0.2, 0.4"},
+                                    {"1.8, 0.6", "1.8, 0.6, 0.8"},
+                                    {"0.7, 0", "0.7, 0, 0.2"},
+                                    {"2.7, 0.2", "2.7, 0.2, 1"}};
   const auto corner = [&](int k) { return corners[k][dim - 2]; };
   Measured measured;
   for (const char* contact : {"multi_field", "pairs"}) {
@@ -348,7 +351,10 @@ std::vector<EverydayProblem> everyday_walls() {
          return {within("rub_multi_field_1e6", 0.152, 0.003, k_ringing), within("rub_pairs_1e6", 0.152, 0.003, k_ringing)};
        },
        2e6},
-      {"friction between stiff bodies", [](const EverydaySetting& setting) { return friction_between(setting, {"1e8", "1e9"}, 2); },
+      {"friction between stiff bodies",
+       [](const EverydaySetting& setting) {
+         return friction_between(setting, {"1e8", "1e9"}, 2);
+       },
        [](bool) -> std::vector<VerifyRow> {
          return {within("rub_multi_field_1e8", 0.15, 0.003, "Coulomb"), within("rub_pairs_1e8", 0.15, 0.003, "Coulomb"),
                  within("rub_multi_field_1e9", 0.15, 0.003, "Coulomb"), within("rub_pairs_1e9", 0.15, 0.003, "Coulomb")};

@@ -15,11 +15,12 @@ struct Bounce {
 
 Bounce bounce(int dim, bool is_disk, const std::string& E, const std::string& dt, bool has_friction) {
   const std::string third = dim == 3 ? ", 0" : "";
-  const std::string region = !is_disk ? (dim == 3 ? "{ type = \"box\", lower = [0.3, 0.3, 0.3], upper = [0.7, 0.7, 0.7] }"
-                                                  : "{ type = \"box\", lower = [0.3, 0.3], upper = [0.7, 0.7] }")
+  const std::string region = !is_disk   ? (dim == 3 ? "{ type = \"box\", lower = [0.3, 0.3, 0.3], upper = [0.7, 0.7, 0.7] }"
+                                                    : "{ type = \"box\", lower = [0.3, 0.3], upper = [0.7, 0.7] }")
                              : dim == 3 ? "{ type = \"sphere\", center = [0.5, 0.5, 0.5], radius = 0.2 }"
                                         : "{ type = \"disk\", center = [0.5, 0.5], radius = 0.2 }";
-  Simulation sim(case_from_text("bounce", fmt::format(R"(
+  Simulation sim(case_from_text("bounce",
+                                fmt::format(R"(
 dim = {0}
 gravity = [0, -9.81{1}]
 [grid]
@@ -41,15 +42,17 @@ side = "bottom"
 kind = "fixed"
 {7}
 )",
-                                        dim, third, dim == 3 ? ", 1" : "", dt, region, dim == 3 ? 27 : 16, E,
-                                        has_friction ? "contact = \"friction\"\nfriction = 0.3" : "contact = \"no_tension\""), {}));
+                                            dim, third, dim == 3 ? ", 1" : "", dt, region, dim == 3 ? 27 : 16, E,
+                                            has_friction ? "contact = \"friction\"\nfriction = 0.3" : "contact = \"no_tension\""),
+                                {}));
   const Real before = sim.initial_energy();
   const Real kinetic = sim.solver().totals(0).kinetic_energy;
   Bounce measured;
   Real down = 0, up = 0;
   sim.add_callback([&](const Simulation& now) {
     const BodyTotals totals = now.solver().totals(0);
-    measured.gain = std::max(measured.gain, (totals.kinetic_energy + totals.strain_energy + totals.gravitational_energy - before) / kinetic);
+    measured.gain =
+        std::max(measured.gain, (totals.kinetic_energy + totals.strain_energy + totals.gravitational_energy - before) / kinetic);
     const Real speed = totals.momentum[1] / totals.mass;
     down = std::max(down, -speed);
     up = std::max(up, speed);
@@ -117,7 +120,8 @@ void add_implicit_bounce(VerifySuite& suite) {
                1e8,
                {},
                [] {
-                 return Measured{{"energy_gain_3d", std::max(bounce(3, false, "1e7", "2e-3", true).gain, bounce(3, true, "1e5", "2e-3", true).gain)}};
+                 return Measured{
+                     {"energy_gain_3d", std::max(bounce(3, false, "1e7", "2e-3", true).gain, bounce(3, true, "1e5", "2e-3", true).gain)}};
                }},
               {at_most("energy_gain_3d", 0.005, law)});
 }

@@ -164,7 +164,7 @@ TEST(FaceFriction, momentum_balances_to_rounding_and_friction_takes_energy) {
       slipping = std::max(slipping, number_of(sim.solver(), "contact_slipping"));
     }
     EXPECT_GT(slipping, 1);
-    EXPECT_LE(unsettled, 1);  // of some 300 nodes: one that pulls when it is held and moves into the face when it is not
+    EXPECT_LE(unsettled, 1);  // of some 300 nodes
     EXPECT_GT(sim.solver().ledger().contact_dissipation, 0.01 * sim.initial_energy());
     EXPECT_LT(std::abs(transfer_loss(sim)), 1e-3 * sim.initial_energy());
   }
