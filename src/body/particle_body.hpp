@@ -106,7 +106,7 @@ class ParticleBody final : public Body<Dim> {
   struct Spin {
     bool is_used = false;
     bool is_held = false;  ///< What is held does not turn, whatever its particles' momenta say.
-                           /// Angular momentum over mass as a mean over time, and means of means: the last is free of vibrations [m^2/s].
+    // Angular momentum over mass as a mean over time, and means of means: the last is free of vibrations [m^2/s].
     std::array<Vec3, 4> means{};
     Real velocity_gradient[Dim][Dim] = {};  ///< Of it [1/s].
     Vec3 center{};                          ///< Where sums are taken about: the centre of mass, a step ago [m].

@@ -48,8 +48,7 @@ void ImplicitSpec::declare(ParameterTable<ImplicitSpec>& table) {
       "C_1, C_2: shares of the shear modulus that hold nodes in partly filled cells, with fewer than 5 (5 to 8) of 9 inner nodes.");
   table.optional("surface_penalty", "1", &ImplicitSpec::surface_penalty, non_negative(),
                  "On B-splines: on jumps of second derivatives at the body's surface, which keeps functions in thin cuts calm; 10 does for "
-                 "beams and dynamics, 0: "
-                 "none.");
+                 "beams and dynamics, 0: none.");
   table.optional("increment_tolerance", "1", &ImplicitSpec::increment_tolerance, between(0, 1),
                  "Newton's method has converged when an increment is below this share of the step's displacement.");
   table.optional("increment_absolute", "m", &ImplicitSpec::increment_absolute, non_negative(),

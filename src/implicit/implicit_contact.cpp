@@ -40,7 +40,7 @@ bool ImplicitSolver<Dim>::loses_particles(const std::vector<Real>& u) const {
 
 template <int Dim>
 typename ImplicitSolver<Dim>::StepStart ImplicitSolver<Dim>::start_of_step() const {
-  StepStart start{contacts_, boundaries_, gravity_force_, body_force_force_, reaction_, {}};
+  StepStart start{contacts_, boundaries_, soft_work_, gravity_force_, body_force_force_, reaction_, {}};
   for (const PointSource<Dim>& source : sources_) start.accelerations.push_back(source.points->acceleration);
   return start;
 }
@@ -49,6 +49,7 @@ template <int Dim>
 void ImplicitSolver<Dim>::restore(const StepStart& start) {
   contacts_ = start.contacts;
   boundaries_ = start.boundaries;
+  soft_work_ = start.soft_work;
   gravity_force_ = start.gravity_force;
   body_force_force_ = start.body_force_force;
   reaction_ = start.reaction;
@@ -120,10 +121,11 @@ void ImplicitSolver<Dim>::balance(Real t, Real dt, const std::vector<Vec<Dim>>& 
     boundaries_[b].totals.force = {};
     for (std::size_t k = 0; k < held[b].size(); ++k) boundaries_[b].totals.force[k % Dim] += held[b][k];
   }
+  soft_work_.start_with(space_, zero);  // it acts on the displacements of a step, and at its start there are none
   for (std::size_t d = 0; d < Dim; ++d) reaction_[d] = total[d] - gravity_force_[d] - body_force_force_[d];
 }
 
-// What other files of the class use of these.
+// Used by implicit_solver.cpp.
 template std::optional<std::string> ImplicitSolver<2>::settle(Real, Real, StepLoad<2>&, const std::vector<Vec<2>>&, bool,
                                                               std::vector<Real>&);
 template bool ImplicitSolver<2>::loses_particles(const std::vector<Real>&) const;

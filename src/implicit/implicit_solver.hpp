@@ -157,6 +157,7 @@ class ImplicitSolver final : public Solver {
   struct StepStart {
     FaceContacts<Dim> contacts;
     std::vector<HeldBoundary> boundaries;
+    NodalWork<Dim> soft_work;
     Vec3 gravity_force;
     Vec3 body_force_force;
     Vec3 reaction;

@@ -1,9 +1,9 @@
 #include "implicit/surface_faces.hpp"
 
-#include "implicit/point_kernels.hpp"
-
 #include <algorithm>
 #include <cmath>
+
+#include "implicit/point_kernels.hpp"
 
 namespace matpoint {
 namespace {

@@ -114,10 +114,7 @@ std::pair<Real, Real> slide(int dim, StressOrder order) {
   problem.bodies.push_back(block(dim, "block", {0.25, 0.25, 0.1}, {0.75, 0.75, far}, {1, 0, 0}));
   problem.bodies.push_back(block(dim, "below", {0, 0, 0.1}, {1.5, 0.25, far}, {0, 0, 0}));
   for (BodySpec& body : problem.bodies) body.material = neo_hookean(1e8, 0.3, 1000);
-  BoundarySpec floor;
-  floor.side = "bottom";
-  floor.kind = BoundaryKind::fixed;
-  problem.boundaries.push_back(floor);
+  problem.boundaries.push_back(make_side("bottom", BoundaryKind::fixed));
   Simulation sim(problem);
   const Vec3 start = sim.solver().totals(0).center_of_mass;
   sim.run();

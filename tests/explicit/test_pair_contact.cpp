@@ -377,10 +377,7 @@ TEST(PairContact, a_stiff_block_laid_on_another_stays_there_and_slides_as_coulom
       problem.bodies.push_back(block(dim, "block", {0.25, 0.25, 0.1}, {0.75, 0.75, far}, {speed, 0, 0}));
       problem.bodies.push_back(block(dim, "below", {0, 0, 0.1}, {1.5, 0.25, far}, {0, 0, 0}));
       for (BodySpec& body : problem.bodies) body.material = neo_hookean(1e7, 0.3, 1000);
-      BoundarySpec floor;
-      floor.side = "bottom";
-      floor.kind = BoundaryKind::fixed;
-      problem.boundaries.push_back(floor);
+      problem.boundaries.push_back(make_side("bottom", BoundaryKind::fixed));
       Simulation sim(problem);
       const Vec3 start = sim.solver().totals(0).center_of_mass;
       Range height;
@@ -409,11 +406,8 @@ TEST(PairContact, single_precision_stays_finite_where_nodes_are_almost_empty) {
   problem.gravity = {0, -1, 0};
   problem.bodies.push_back(make_body("block", lattice(3, {1.4, 0.2, 0.4}, {1.8, 0.6, 0.8}, {8, 8, 8}), neo_hookean(1e6, 0.3, 1000)));
   problem.bodies.push_back(make_body("below", lattice(3, {0.7, 0, 0.2}, {2.7, 0.2, 1}, {40, 4, 16}), neo_hookean(1e6, 0.3, 1000)));
-  BoundarySpec floor;
-  floor.side = "bottom";
-  floor.kind = BoundaryKind::velocity;
-  floor.velocity = {-1e-3, 0, 0};
-  problem.boundaries.push_back(floor);
+  problem.boundaries.push_back(make_side("bottom", BoundaryKind::velocity));
+  problem.boundaries.back().velocity = {-1e-3, 0, 0};
   Simulation sim(problem);
   EXPECT_NO_THROW(sim.run());
   EXPECT_NEAR(sim.solver().totals(0).center_of_mass[1], 0.4, 1e-3);
