@@ -379,13 +379,19 @@ TEST(PairContact, a_stiff_block_laid_on_another_stays_there_and_slides_as_coulom
       for (BodySpec& body : problem.bodies) body.material = neo_hookean(1e7, 0.3, 1000);
       problem.boundaries.push_back(make_side("bottom", BoundaryKind::fixed));
       Simulation sim(problem);
+      EXPECT_EQ(sim.solver().ledger().contact_energy, 0) << dim;  // laid down, they touch and do not press yet
       const Vec3 start = sim.solver().totals(0).center_of_mass;
-      Range height;
+      Range height, early, late;
       sim.add_callback([&](const Simulation& now) {
-        height.include(now.solver().totals(0).center_of_mass[1] - start[1]);
+        const Real risen = now.solver().totals(0).center_of_mass[1] - start[1];
+        height.include(risen);
+        if (now.time() < 0.05) early.include(risen);
+        if (now.time() > 0.35) late.include(risen);
         return true;
       });
       sim.run();
+      // What gravity starts rings on without the dashpots: 1.04 times as far after 50 periods, with them 0.65.
+      if (dim == 2 && speed == 0) EXPECT_LT(late.greatest - late.least, 0.8 * (early.greatest - early.least));
       const Real way = sim.solver().totals(0).center_of_mass[0] - start[0];
       EXPECT_NEAR(way, speed * speed / (2 * 0.3 * 9.81), 0.02 * 0.17) << dim;
       // It neither drops onto the other one nor is thrown up by its lattice; both sag by 0.01 spacings under their weight.
