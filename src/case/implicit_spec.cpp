@@ -20,6 +20,11 @@ void check_implicit(ImplicitSpec& solver, const Input& input, const ReadContext&
   }
   if (is_given(input, "element_order") && solver.basis != BasisKind::element)
     fail_input(at_key(input, "element_order"), context, "element_order is for basis = \"element\" only");
+  if (solver.surface_penalty > 0 && solver.basis == BasisKind::element) {
+    fail_input(at_key(input, "surface_penalty"), context,
+               fmt::format("surface_penalty = {} is for basis = \"bspline\" only: elements have no smooth second derivatives",
+                           solver.surface_penalty));
+  }
   const std::vector<std::string>& missing = missing_linear_solver_names();
   if (std::find(missing.begin(), missing.end(), solver.linear_solver) != missing.end()) {
     fail_input(at_key(input, "linear_solver"), context,

@@ -65,6 +65,8 @@ INSTANTIATE_TEST_SUITE_P(
         WrongInput{"beta", "beta = 0.3", "beta = 0.2", {"beta = 0.2"}},
         WrongInput{"unstable", "beta = 0.3\ngamma = 0.5", "@beta = 0.3\ngamma = 0.7", {"beta = 0.3 is below gamma / 2 = 0.35"}},
         WrongInput{"soft_stiffness", "[1e-6, 1e-10]", "[1e-6]", {"soft_stiffness has 1 numbers, it must have 2"}},
+        WrongInput{
+            "surface_penalty", "element_order = 2", "surface_penalty = 10", {"surface_penalty = 10 is for basis = \"bspline\" only"}},
         WrongInput{"linear_solver", "\"auto\"", "\"umfpak\"", {"linear_solver: \"umfpak\" is unknown", "did you mean \"umfpack\"?"}},
         WrongInput{"iterations", "iterations_max = 20", "iterations_max = 0", {"iterations_max = 0"}},
         WrongInput{"contact_of_bodies", "element_order = 2", "contact = \"pairs\"", {"contact is for solver.type = \"explicit\" only"}},
