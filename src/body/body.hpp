@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "geometry/point_cells.hpp"
 #include "grid/grid.hpp"
 #include "kernel/kernel.hpp"
 #include "solver/ledger.hpp"
@@ -32,13 +33,6 @@ struct NodeReach {
   static constexpr std::size_t k_directions = 5;
   std::array<Vec<Dim>, k_directions> along{};
   std::array<Real, k_directions> farthest{};  ///< Greatest x_p . along [m].
-};
-
-/// A box with its sides along the axes [m].
-template <int Dim>
-struct Extent {
-  Vec<Dim> lower{};
-  Vec<Dim> upper{};
 };
 
 /// Where a particle is and how it moves.

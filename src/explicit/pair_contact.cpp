@@ -4,17 +4,19 @@
 #include <cmath>
 
 #include "core/parallel.hpp"
-#include "explicit/pair_cells.hpp"
+#include "geometry/point_cells.hpp"
 
 namespace matpoint {
 namespace {
 
-// Of W, in spacings: wide enough that lattices are smooth, and 33 neighbours in 3D at a flat surface.
-constexpr Real k_range = 2.5;
-
 // Of the dashpots of particles that rub, over the root of a particle's mass times the stiffness of its contact. Without them flat bodies
 // ring against each other for ever: where their pressure swings to nothing and back they slip at less than Coulomb's force.
 constexpr Real k_damping = 1;
+
+// Of the longest step for which a linear spring is stable. Springs that only push make energy in long steps: a stack of three blocks at
+// rest gains 5.7 % of its energy in 5 s at half of it, 1 % at a quarter, nothing at an eighth; where bodies rub, dashpots do away with it
+// up to 0.4.
+constexpr Real k_step_share = 0.3;
 
 // Particles per piece of work.
 constexpr std::size_t k_piece = 64;
@@ -56,42 +58,6 @@ struct Near {
 
 }  // namespace
 
-/// Beyond sides that are planes of symmetry the bodies go on as their own images.
-template <int Dim>
-struct PairContact<Dim>::Image {
-  std::array<bool, Dim> is_turned{};  ///< Along which axes.
-  Vec<Dim> plane{};                   ///< Where [m].
-
-  Vec<Dim> place(Vec<Dim> x) const {
-    for (std::size_t d = 0; d < Dim; ++d) x[d] = is_turned[d] ? 2 * plane[d] - x[d] : x[d];
-    return x;
-  }
-  Vec<Dim> direction(Vec<Dim> v) const {
-    for (std::size_t d = 0; d < Dim; ++d) v[d] = is_turned[d] ? -v[d] : v[d];
-    return v;
-  }
-};
-
-/// The particles themselves first, then the images: in one plane, and in two and three that meet.
-template <int Dim>
-std::vector<typename PairContact<Dim>::Image> PairContact<Dim>::images_of(const Case& problem) {
-  std::vector<Image> images(1);
-  for (const BoundarySpec& spec : problem.boundaries) {
-    if (spec.region || spec.kind != BoundaryKind::slip || spec.contact != FaceContact::stick) continue;
-    const BoundarySide side = side_of(spec.side);
-    const auto d = static_cast<std::size_t>(side.axis);
-    const std::size_t before = images.size();
-    for (std::size_t k = 0; k < before; ++k) {
-      if (images[k].is_turned[d]) continue;
-      Image image = images[k];
-      image.is_turned[d] = true;
-      image.plane[d] = side.is_upper ? problem.grid.upper[d] : problem.grid.lower[d];
-      images.push_back(image);
-    }
-  }
-  return images;
-}
-
 /// What is known of a body's particles.
 template <int Dim>
 struct PairContact<Dim>::Points {
@@ -101,8 +67,28 @@ struct PairContact<Dim>::Points {
   std::vector<Real> volumes;  ///< In the reference configuration, by id [m^dim].
   Real spacing = 0;           ///< The largest [m].
   Forces forces;
+  /// Where a particle was when it was last near another body, by id.
+  struct Place {
+    Index update = -2;  ///< In which update.
+    Vec<Dim> x{};       ///< [m]
+    Vec<Dim> way{};     ///< In the step before it [m].
+  };
+  std::vector<Place> places;
+  Index number = 0;  ///< Of this update.
+
+  /// What the particle has really moved since the last update. Its own velocity is another one: under FLIP it keeps what the grid does not
+  /// move it by, and springs that followed it would work without end.
+  Vec<Dim> way_of(const MovingPoint<Dim>& point, Real dt) {
+    Place& place = places[static_cast<std::size_t>(point.id)];
+    if (place.update == number) return place.way;
+    for (std::size_t d = 0; d < Dim; ++d) place.way[d] = place.update == number - 1 ? point.x[d] - place.x[d] : point.v[d] * dt;
+    place.x = point.x;
+    place.update = number;
+    return place.way;
+  }
 
   void start_update() {
+    ++number;
     for (const Index id : forces.ids) std::fill_n(forces.values.begin() + static_cast<std::ptrdiff_t>(id * Dim), Dim, 0);
     forces.ids.clear();
     forces.box.lower.fill(std::numeric_limits<Real>::infinity());
@@ -129,14 +115,15 @@ struct PairContact<Dim>::Pair {
 template <int Dim>
 struct PairContact<Dim>::Participant {
   Points& of;
-  const std::vector<Image>& images;
+  const std::vector<MirrorImage<Dim>>& images;
   const PairKernel<Dim>& kernel;
   const std::vector<Real>& at_touch;
   Real stiffness;   ///< K [Pa]
   Extent<Dim> box;  ///< Around what may touch [m].
   Cells<Dim> cells;
   std::vector<MovingPoint<Dim>> points;
-  std::vector<Index> keys;  ///< Of the cells; ascending.
+  std::vector<Vec<Dim>> ways;  ///< Since the last update, where bodies rub [m].
+  std::vector<Index> keys;     ///< Of the cells; ascending.
   std::vector<Real> volume;
   std::vector<std::vector<Near>> near;  ///< Of each piece, one particle after the other.
   std::vector<std::size_t> begin;       ///< Of a particle's neighbours in those of its piece.
@@ -150,7 +137,7 @@ struct PairContact<Dim>::Participant {
   std::vector<Hold> holds;
   std::vector<Real> slip_work;  ///< [J]
 
-  Participant(Points& body, const std::vector<Image>& all_images, const Pair& pair, std::size_t side)
+  Participant(Points& body, const std::vector<MirrorImage<Dim>>& all_images, const Pair& pair, std::size_t side)
       : of(body),
         images(all_images),
         kernel(pair.kernel),
@@ -253,7 +240,7 @@ struct PairContact<Dim>::Participant {
     energy.resize(count());
     for_each([&](std::size_t i) {
       Real sum = 0;
-      for_each_near(i, [&](std::size_t j, Real q, const Image&) { sum += other.volume[j] * kernel.value(q); });
+      for_each_near(i, [&](std::size_t j, Real q, const MirrorImage<Dim>&) { sum += other.volume[j] * kernel.value(q); });
       c[i] = sum;
       pressure[i] = 0;
       energy[i] = 0;
@@ -271,7 +258,7 @@ struct PairContact<Dim>::Participant {
     for_each([&](std::size_t i) {
       Vec<Dim> all{};
       Vec<Dim> own{};
-      for_each_near(i, [&](std::size_t j, Real q, const Image& image) {
+      for_each_near(i, [&](std::size_t j, Real q, const MirrorImage<Dim>& image) {
         const Real both = pressure[i] + other.pressure[j];
         if (both == 0) return;
         const Real factor = volume[i] * other.volume[j] * kernel.slope(q);
@@ -290,7 +277,7 @@ struct PairContact<Dim>::Participant {
   /// The force of friction on each particle that presses, by its own share. `held`: ascending ids.
   void rub(const Participant& other, const std::vector<Hold>& held, Real coefficient, Real dt) {
     // As stiff along the surface as across it, where a flat one begins to press.
-    const Real w = kernel.over_plane(kernel.range() / (2 * k_range));
+    const Real w = kernel.over_plane(kernel.range() / (2 * k_pair_range));
     friction.assign(count(), {});
     holds.assign(count(), {-1, {}, 0});
     slip_work.assign(count(), 0);
@@ -309,12 +296,13 @@ struct PairContact<Dim>::Participant {
       if (turned > 0) hold.pulled = scaled<Dim>(hold.pulled, before / turned);
       const Real k = stiffness * w * w * volume[i];
       const Real damping = k_damping * std::sqrt(stiffness * volume[i] * of.density * volume[i]) * w;
-      const Vec<Dim> past = velocity_past(other, i);
-      const Real parting = dot<Dim>(past, normal);
+      const Vec<Dim> past = way_past(other, i);
+      const Real rate = dt > 0 ? 1 / dt : 0;  // 0: the update after particles were set or removed
+      const Real parting = dot<Dim>(past, normal) * rate;
       // Dashpots push only.
       const Real damped = std::max(-normal_force, -damping * parting);
       const Vec<Dim> sliding = along<Dim>(past, normal);
-      for (std::size_t d = 0; d < Dim; ++d) hold.pulled[d] += sliding[d] * dt;
+      for (std::size_t d = 0; d < Dim; ++d) hold.pulled[d] += sliding[d];
       const Real length = std::sqrt(squared<Dim>(hold.pulled));
       const Real greatest = coefficient * (normal_force + damped);
       if (k * length > greatest) {
@@ -324,32 +312,32 @@ struct PairContact<Dim>::Participant {
       }
       hold.energy = 0.5 * k * squared<Dim>(hold.pulled);
       Vec<Dim> pull;
-      for (std::size_t d = 0; d < Dim; ++d) pull[d] = k * hold.pulled[d] + damping * sliding[d];
+      for (std::size_t d = 0; d < Dim; ++d) pull[d] = k * hold.pulled[d] + damping * rate * sliding[d];
       const Real size = std::sqrt(squared<Dim>(pull));
       if (size > greatest) pull = scaled<Dim>(pull, greatest / size);
       for (std::size_t d = 0; d < Dim; ++d) {
-        slip_work[i] += (pull[d] - k * hold.pulled[d]) * sliding[d] * dt;
+        slip_work[i] += (pull[d] - k * hold.pulled[d]) * sliding[d];
         friction[i][d] = damped * normal[d] - pull[d];
       }
       slip_work[i] -= damped * parting * dt;
     });
   }
 
-  /// Velocity of a particle against the mean of its neighbours [m/s].
-  Vec<Dim> velocity_past(const Participant& other, std::size_t i) const {
-    Vec<Dim> v = points[i].v;
-    for_each_near(i, [&](std::size_t j, Real q, const Image& image) {
+  /// Way of a particle since the last update against the mean of its neighbours [m].
+  Vec<Dim> way_past(const Participant& other, std::size_t i) const {
+    Vec<Dim> past = ways[i];
+    for_each_near(i, [&](std::size_t j, Real q, const MirrorImage<Dim>& image) {
       const Real weight = other.volume[j] * kernel.value(q) / c[i];
-      const Vec<Dim> u = image.direction(other.points[j].v);
-      for (std::size_t d = 0; d < Dim; ++d) v[d] -= weight * u[d];
+      const Vec<Dim> u = image.direction(other.ways[j]);
+      for (std::size_t d = 0; d < Dim; ++d) past[d] -= weight * u[d];
     });
-    return v;
+    return past;
   }
 
   /// What the friction of the other side's particles takes here.
   void take_friction(const Participant& other) {
     for_each([&](std::size_t i) {
-      for_each_near(i, [&](std::size_t j, Real q, const Image& image) {
+      for_each_near(i, [&](std::size_t j, Real q, const MirrorImage<Dim>& image) {
         if (other.pressure[j] == 0) return;
         const Real weight = volume[i] * kernel.value(q) / other.c[j];
         const Vec<Dim> rubbing = image.direction(other.friction[j]);
@@ -365,7 +353,7 @@ PairContact<Dim>::~PairContact() = default;
 
 template <int Dim>
 PairContact<Dim>::PairContact(const Case& problem, std::vector<const Body<Dim>*> bodies)
-    : images_(images_of(problem)), friction_(problem.solver.friction) {
+    : images_(mirror_images<Dim>(problem)), friction_(problem.solver.friction) {
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const Material& material = *problem.bodies[b].material;
     const Real speed = material.wave_speed(1);
@@ -377,12 +365,13 @@ PairContact<Dim>::PairContact(const Case& problem, std::vector<const Body<Dim>*>
     for (Real& volume : points.volumes) volume /= points.density;
     points.spacing = std::pow(*std::max_element(points.volumes.begin(), points.volumes.end()), Real{1} / Dim);
     points.forces.values.assign(points.volumes.size() * Dim, 0);
+    if (friction_ > 0) points.places.resize(points.volumes.size());
     points_.push_back(std::move(points));
   }
   stable_dt_ = std::numeric_limits<Real>::infinity();
   for (std::size_t a = 0; a < points_.size(); ++a) {
     for (std::size_t b = a + 1; b < points_.size(); ++b) {
-      const PairKernel<Dim> kernel(k_range * std::max(points_[a].spacing, points_[b].spacing));
+      const PairKernel<Dim> kernel(k_pair_range * std::max(points_[a].spacing, points_[b].spacing));
       const Real stiffness = problem.solver.contact_stiffness * std::min(points_[a].modulus, points_[b].modulus);
       Pair pair{{a, b}, kernel, stiffness, {}, {}};
       for (std::size_t s : {0, 1}) {
@@ -400,7 +389,7 @@ PairContact<Dim>::PairContact(const Case& problem, std::vector<const Body<Dim>*>
       // much again for the layers behind them and for c's curvature.
       const Real w = kernel.over_plane(0);
       const Real omega = std::sqrt(3 * stiffness * w * w * (1 / points_[a].density + 1 / points_[b].density));
-      stable_dt_ = std::min(stable_dt_, 2 / omega);
+      stable_dt_ = std::min(stable_dt_, k_step_share * 2 / omega);
     }
   }
 }
@@ -408,6 +397,12 @@ PairContact<Dim>::PairContact(const Case& problem, std::vector<const Body<Dim>*>
 template <int Dim>
 const typename PairContact<Dim>::Forces& PairContact<Dim>::forces(std::size_t body) const {
   return points_[body].forces;
+}
+
+template <int Dim>
+void PairContact<Dim>::forget_places() {
+  free_way_ = 0;
+  for (Points& points : points_) ++points.number;
 }
 
 template <int Dim>
@@ -502,6 +497,9 @@ void PairContact<Dim>::lay(Pair& pair, const Participant (&sides)[2]) {
 
 template <int Dim>
 void PairContact<Dim>::rub(Pair& pair, Participant (&sides)[2], Real dt) {
+  for (Participant& side : sides) {
+    for (const MovingPoint<Dim>& point : side.points) side.ways.push_back(side.of.way_of(point, dt));
+  }
   for (int s : {0, 1}) sides[s].rub(sides[1 - s], pair.holds[s], friction_, dt);
   for (int s : {0, 1}) sides[s].take_friction(sides[1 - s]);
   std::array<std::vector<Hold>, 2> holds;

@@ -26,8 +26,9 @@
 #include <vector>
 
 #include "body/body.hpp"
+#include "body/mirror_image.hpp"
 #include "case/case.hpp"
-#include "explicit/pair_kernel.hpp"
+#include "geometry/pair_kernel.hpp"
 
 namespace matpoint {
 
@@ -41,7 +42,7 @@ class PairContact {
   /// Evaluates the forces where the particles are now, dt [s] after the last time. In between, particles have moved by steps only.
   void update(Real dt);
   /// Particles have been moved or taken away other than by steps.
-  void forget_places() { free_way_ = 0; }
+  void forget_places();
   /// On the particles of a body.
   struct Forces {
     std::vector<Real> values;  ///< Dim numbers per id [N].
@@ -59,7 +60,6 @@ class PairContact {
  private:
   struct Points;
   struct Participant;
-  struct Image;
   struct Pair;
   /// The spring of a particle that rubs.
   struct Hold {
@@ -68,7 +68,6 @@ class PairContact {
     Real energy;      ///< [J]
   };
 
-  static std::vector<Image> images_of(const Case& problem);
   static Real reach_of(const Pair& pair);
   void search();
   void meet(Pair& pair, Real dt);
@@ -79,10 +78,10 @@ class PairContact {
 
   std::vector<Points> points_;
   std::vector<Pair> pairs_;
-  std::vector<Image> images_;
+  std::vector<MirrorImage<Dim>> images_;
   Real friction_;
   bool is_first_ = true;  ///< No update yet.
-  Real free_way_ = 0;  ///< So far two particles may approach each other before the next search [m].
+  Real free_way_ = 0;     ///< So far two particles may approach each other before the next search [m].
   Real energy_ = 0;
   Real dissipated_ = 0;
   Real stable_dt_ = 0;

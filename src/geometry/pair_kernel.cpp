@@ -1,5 +1,6 @@
-#include "explicit/pair_kernel.hpp"
+#include "geometry/pair_kernel.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -20,6 +21,27 @@ Real PairKernel<Dim>::over_plane(Real z) const {
   const Real q = 1 - z * z / (range_ * range_);
   if (q <= 0) return 0;
   return std::tgamma(exponent + 1.5) / (std::sqrt(std::numbers::pi) * std::tgamma(exponent + 1) * range_) * std::pow(q, exponent);
+}
+
+template <int Dim>
+typename PairKernel<Dim>::Secant PairKernel<Dim>::secant(Real q0, Real q1) const {
+  Real value = 0, slope = 0;  // of q^4 by q
+  if (q0 > 0 && q1 > 0) {
+    value = q1 * q1 * q1 + q1 * q1 * q0 + q1 * q0 * q0 + q0 * q0 * q0;
+    slope = 3 * q1 * q1 + 2 * q1 * q0 + q0 * q0;
+  } else if (q0 > 0 || q1 > 0) {
+    const Real way = q1 - q0;
+    const Real power = std::pow(std::max(q0, q1), 4);
+    value = power / std::abs(way);
+    slope = q1 > 0 ? (4 * q1 * q1 * q1 - value) / way : value / -way;
+  }
+  return {-alpha_ * value / (range_ * range_), alpha_ * slope / (range_ * range_ * range_ * range_)};
+}
+
+template <int Dim>
+typename PairKernel<Dim>::Secant PairKernel<Dim>::tangent(Real q) const {
+  if (q <= 0) return {0, 0};
+  return {-4 * alpha_ * q * q * q / (range_ * range_), 12 * alpha_ * q * q / (range_ * range_ * range_ * range_)};
 }
 
 template <int Dim>

@@ -1,9 +1,12 @@
-// How much a particle counts at a distance, for contact by forces between pairs of particles (pair_contact.hpp).
+// How much a particle counts at a distance, for contact by forces between pairs of particles.
 #pragma once
 
 #include "core/types.hpp"
 
 namespace matpoint {
+
+/// R in spacings: wide enough that lattices are smooth, and 33 neighbours in 3D at a flat surface.
+constexpr Real k_pair_range = 2.5;
 
 /// W(d) = alpha (1 - d^2 / R^2)^4.
 template <int Dim>
@@ -15,6 +18,15 @@ class PairKernel {
   Real value(Real q) const { return alpha_ * q * q * q * q; }
   /// -W' / d [1/m^(dim+2)].
   Real slope(Real q) const { return 8 * alpha_ * q * q * q / (range_ * range_); }
+  /// The change of W over that of d^2 from q0 to q1, of which one may be negative: W = 0 there [1/m^(dim+2)]; and its derivative with
+  /// respect to the second d^2 [1/m^(dim+4)].
+  struct Secant {
+    Real value;
+    Real slope;
+  };
+  Secant secant(Real q0, Real q1) const;
+  /// The derivatives of W with respect to d^2.
+  Secant tangent(Real q) const;
   /// The integral of W over a plane at the distance z [1/m].
   Real over_plane(Real z) const;
   /// The sum of W over rows of particles beyond a surface at the distance z, each half a spacing or more behind it [1]. Its integral would

@@ -4,9 +4,16 @@
 #include <algorithm>
 #include <limits>
 
-#include "body/body.hpp"
+#include "core/types.hpp"
 
 namespace matpoint {
+
+/// A box with its sides along the axes [m].
+template <int Dim>
+struct Extent {
+  Vec<Dim> lower{};
+  Vec<Dim> upper{};
+};
 
 /// How far boxes are apart along the direction in which they are most so; negative where they overlap.
 template <int Dim>
