@@ -25,6 +25,17 @@ void check_implicit(ImplicitSpec& solver, const Input& input, const ReadContext&
                fmt::format("surface_penalty = {} is for basis = \"bspline\" only: elements have no smooth second derivatives",
                            solver.surface_penalty));
   }
+  if (solver.contact == ImplicitContact::single_field) {
+    for (const char* key : {"friction", "contact_stiffness"}) {
+      if (is_given(input, key))
+        fail_input(at_key(input, key), context, fmt::format("{} is for contact = \"pairs\": in one field bodies stick", key));
+    }
+  }
+  if (solver.friction > 0 && (solver.linear_solver == "ldlt" || solver.linear_solver == "cholmod" || solver.linear_solver == "cg")) {
+    fail_input(at_key(input, "linear_solver"), context,
+               fmt::format("friction makes the matrix unsymmetric, and linear_solver = \"{}\" is for symmetric ones; use \"auto\"",
+                           solver.linear_solver));
+  }
   const std::vector<std::string>& missing = missing_linear_solver_names();
   if (std::find(missing.begin(), missing.end(), solver.linear_solver) != missing.end()) {
     fail_input(at_key(input, "linear_solver"), context,
@@ -48,6 +59,28 @@ void ImplicitSpec::declare(ParameterTable<ImplicitSpec>& table) {
   table.choice("initial_acceleration", &ImplicitSpec::initial_acceleration,
                {{"consistent", InitialAcceleration::consistent}, {"zero", InitialAcceleration::zero}},
                "Accelerations before the first step: from the forces, or none.");
+  table.choice("contact", &ImplicitSpec::contact, {{"single_field", ImplicitContact::single_field}, {"pairs", ImplicitContact::pairs}},
+               "How bodies of particles meet: in one field of displacements, where they stick; or each in its own, where they touch, slide "
+               "and part, by forces between pairs of particles (pairs).");
+  table.custom(
+      {"friction", "1", "number", "0", ">= 0", "Coulomb's coefficient between the bodies of contact = \"pairs\".", false},
+      [](ImplicitSpec& solver, const Input& input, const ReadContext& context) {
+        read_value(input, context, "friction", non_negative(), solver.friction);
+      },
+      [](const ImplicitSpec& solver, int) -> std::optional<Input> {
+        if (solver.contact == ImplicitContact::single_field) return std::nullopt;
+        return Input::real(solver.friction);
+      });
+  table.custom(
+      {"contact_stiffness", "1", "number", "1", "> 0",
+       "Of contact = \"pairs\": how stiff surfaces are, over the modulus rho c^2 of the softer body.", false},
+      [](ImplicitSpec& solver, const Input& input, const ReadContext& context) {
+        read_value(input, context, "contact_stiffness", positive(), solver.contact_stiffness);
+      },
+      [](const ImplicitSpec& solver, int) -> std::optional<Input> {
+        if (solver.contact == ImplicitContact::single_field) return std::nullopt;
+        return Input::real(solver.contact_stiffness);
+      });
   table.optional(
       "soft_stiffness", "1", &ImplicitSpec::soft_stiffness, non_negative(),
       "C_1, C_2: shares of the shear modulus that hold nodes in partly filled cells, with fewer than 5 (5 to 8) of 9 inner nodes.");

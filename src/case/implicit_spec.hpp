@@ -9,6 +9,8 @@ enum class BasisKind { bspline, element };
 enum class ImplicitMode { dynamic, quasi_static };
 enum class InitialAcceleration { consistent, zero };
 enum class StepHalving { inversion, residual };
+/// How bodies of particles meet: in one field of displacements, or each in its own, by forces between pairs of particles.
+enum class ImplicitContact { single_field, pairs };
 
 struct ImplicitSpec {
   std::string type = "implicit";
@@ -19,7 +21,10 @@ struct ImplicitSpec {
   Real gamma = 0.5;
   InitialAcceleration initial_acceleration = InitialAcceleration::consistent;
   std::vector<Real> soft_stiffness = {1e-6, 1e-10};  ///< C_1, C_2 [1]
-  Real surface_penalty = 0;                          ///< gamma of implicit/surface_faces.hpp, on splines [1].
+  ImplicitContact contact = ImplicitContact::single_field;
+  Real friction = 0;           ///< Between bodies in fields of their own [1].
+  Real contact_stiffness = 1;  ///< Over the modulus of the softer body [1].
+  Real surface_penalty = 0;    ///< gamma of implicit/surface_faces.hpp, on splines [1].
   Real increment_tolerance = 1e-9;
   Real increment_absolute = 1e-13;
   Real residual_tolerance = 1e-14;

@@ -222,6 +222,17 @@ void check_for_implicit(const Case& problem, const Input& input) {
     }
     if (body.velocity) fail_case(place, where, "a body in mode = \"static\" has no velocity");
   }
+  if (problem.implicit.contact == ImplicitContact::pairs) {
+    const Input& at = at_key(section_of(input, "solver"), "contact");
+    if (problem.bodies.size() < 2) fail_case(at, "solver", "contact = \"pairs\" is for two or more bodies, and the case has one");
+    for (const BodySpec& body : problem.bodies) {
+      if (body.method == BodyMethod::particles) continue;
+      fail_case(at, "solver",
+                fmt::format("contact = \"pairs\" is between bodies of particles, and body \"{}\" has method = \"elements\"; let it have "
+                            "particles, or leave contact out: then particles and elements stick to each other",
+                            body.name));
+    }
+  }
   const Input& output = section_of(input, "output");
   if (problem.output.grid)
     fail_case(at_key(output, "grid"), "output", "the implicit solver writes no fields of nodes; leave grid = true out");

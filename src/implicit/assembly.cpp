@@ -141,8 +141,9 @@ Real modulus_at_rest(TangentFunction<Dim> evaluate, const Material& material) {
 }  // namespace
 
 template <int Dim>
-Assembly<Dim>::Assembly(const StepSpace<Dim>& space, int patch_width, bool has_linear_patches, Real surface_penalty)
-    : space_(space), patches_(space, patch_width, has_linear_patches), surface_penalty_(surface_penalty) {
+Assembly<Dim>::Assembly(const StepSpace<Dim>& space, BodyContact<Dim>& contact, int patch_width, bool has_linear_patches,
+                        Real surface_penalty)
+    : space_(space), contact_(contact), patches_(space, patch_width, has_linear_patches), surface_penalty_(surface_penalty) {
   for (const PointSource<Dim>& source : space.sources()) {
     const Material& material = source.points->material();
     const TangentFunction<Dim> evaluate = tangent_function<Dim>(material);
@@ -157,23 +158,25 @@ Assembly<Dim>::Assembly(const StepSpace<Dim>& space, int patch_width, bool has_l
 
 template <int Dim>
 void Assembly<Dim>::start() {
-  is_new_pattern_ = pattern_ != space_.pattern();
-  if (is_new_pattern_) {
+  const bool is_new_space = space_pattern_ != space_.pattern();
+  if (is_new_space) {
     patches_.gather();
     if (surface_penalty_ > 0) faces_ = surface_faces(space_);
-    make_pattern();
   }
+  if (is_new_space || contact_pattern_ != contact_.pattern()) make_pattern();
   patches_.evaluate();
   measure_emptiness(space_, faces_);
   // On a background that moves the cells change their shape from step to step.
   const bool is_moved =
       std::any_of(space_.sources().begin(), space_.sources().end(), [](const auto& source) { return source.fem != nullptr; });
-  if (is_new_pattern_ || is_moved) make_soft_stiffness();
-  pattern_ = space_.pattern();
+  if (is_new_space || is_moved) make_soft_stiffness();
+  space_pattern_ = space_.pattern();
 }
 
 template <int Dim>
 void Assembly<Dim>::make_pattern() {
+  ++pattern_;
+  contact_pattern_ = contact_.pattern();
   const std::size_t node_count = space_.nodes().size();
   const auto functions = static_cast<std::size_t>(space_.functions());
   std::vector<std::vector<int>> neighbours(node_count);
@@ -182,18 +185,15 @@ void Assembly<Dim>::make_pattern() {
     for (std::size_t k = 0; k < functions; ++k)
       neighbours[static_cast<std::size_t>(nodes[k])].insert(neighbours[static_cast<std::size_t>(nodes[k])].end(), nodes, nodes + functions);
   }
-  for (const VolumePatch<Dim>& patch : patches_.all()) {
-    for (const int node : patch.nodes) {
+  const auto couple = [&](const std::vector<int>& nodes) {
+    for (const int node : nodes) {
       std::vector<int>& around = neighbours[static_cast<std::size_t>(node)];
-      around.insert(around.end(), patch.nodes.begin(), patch.nodes.end());
+      around.insert(around.end(), nodes.begin(), nodes.end());
     }
-  }
-  for (const SurfaceFace<Dim>& face : faces_) {
-    for (const int node : face.nodes) {
-      std::vector<int>& around = neighbours[static_cast<std::size_t>(node)];
-      around.insert(around.end(), face.nodes.begin(), face.nodes.end());
-    }
-  }
+  };
+  for (const VolumePatch<Dim>& patch : patches_.all()) couple(patch.nodes);
+  for (const SurfaceFace<Dim>& face : faces_) couple(face.nodes);
+  for (const ContactPatch<Dim>& patch : contact_.patches()) couple(patch.nodes);
   const auto unknowns_of = [&](int node) {
     int count = 0;
     for (int d = 0; d < Dim; ++d) count += space_.unknown(node, d) >= 0 ? 1 : 0;
@@ -238,14 +238,13 @@ void Assembly<Dim>::make_pattern() {
   row_offset_.resize(space_.cells().size() * functions * functions);
   for (std::size_t c = 0; c < space_.cells().size(); ++c)
     offsets_of(space_.cell_nodes(c), functions, row_offset_.data() + c * functions * functions);
-  for (VolumePatch<Dim>& patch : patches_.all()) {
-    patch.row_offset.resize(patch.nodes.size() * patch.nodes.size());
-    offsets_of(patch.nodes.data(), patch.nodes.size(), patch.row_offset.data());
-  }
-  for (SurfaceFace<Dim>& face : faces_) {
-    face.row_offset.resize(face.nodes.size() * face.nodes.size());
-    offsets_of(face.nodes.data(), face.nodes.size(), face.row_offset.data());
-  }
+  const auto set_offsets = [&](auto& of_nodes) {
+    of_nodes.row_offset.resize(of_nodes.nodes.size() * of_nodes.nodes.size());
+    offsets_of(of_nodes.nodes.data(), of_nodes.nodes.size(), of_nodes.row_offset.data());
+  };
+  for (VolumePatch<Dim>& patch : patches_.all()) set_offsets(patch);
+  for (SurfaceFace<Dim>& face : faces_) set_offsets(face);
+  for (ContactPatch<Dim>& patch : contact_.patches()) set_offsets(patch);
 }
 
 /// On cells with C > 0: r += mu C int (grad u + grad u^T) : grad N (eq. 26), on the step's displacement.
@@ -321,6 +320,7 @@ void Assembly<Dim>::assemble(const std::vector<Real>& u, const StepLoad<Dim>& lo
   const auto work = Kernels::choose(space_.functions());
   const std::size_t cell_count = space_.cells().size();
   residual.assign(space_.nodes().size() * Dim, 0);
+  if (contact_.move(u)) make_pattern();
   if (with_matrix) {
     std::fill_n(matrix_.valuePtr(), matrix_.nonZeros(), 0);
     lift->force = Vector::Zero(space_.unknown_count());
@@ -352,7 +352,33 @@ void Assembly<Dim>::assemble(const std::vector<Real>& u, const StepLoad<Dim>& lo
   }
   if (!patches_.is_empty()) assemble_patches(u, load, residual, lift);
   assemble_faces(u, load, residual, lift);
+  assemble_contact(u, load, residual, lift);
   for (std::size_t k = 0; k < load.nodal_force.size(); ++k) residual[k] -= load.nodal_force[k];
+}
+
+template <int Dim>
+void Assembly<Dim>::assemble_contact(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift) {
+  constexpr std::size_t k_patches = 16;  // worked before they are added: in 3D the matrix of one may take 2 MB
+  const std::vector<ContactPatch<Dim>>& patches = contact_.patches();
+  std::vector<std::vector<Real>> r(k_patches), K(k_patches);
+  for (std::size_t first = 0; first < patches.size(); first += k_patches) {
+    const std::size_t count = std::min(k_patches, patches.size() - first);
+    parallel_for(static_cast<Index>(count), static_cast<Index>(count) * 1000, [&](Index number) {
+      const auto k = static_cast<std::size_t>(number);
+      const ContactPatch<Dim>& patch = patches[first + k];
+      const std::size_t size = patch.nodes.size() * Dim;
+      r[k].resize(size);
+      if (lift != nullptr) K[k].resize(size * size);
+      Real* const matrix = lift != nullptr ? K[k].data() : nullptr;
+      contact_.work(patch, load.inertia.u > 0, r[k].data(), matrix);
+      if (!load.friction.empty()) add_friction(patch.nodes.data(), patch.nodes.size(), u, load, r[k].data(), matrix);
+    });
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::vector<int>& nodes = patches[first + k].nodes;
+      for (std::size_t i = 0; i < nodes.size() * Dim; ++i) residual[static_cast<std::size_t>(nodes[i / Dim]) * Dim + i % Dim] += r[k][i];
+      if (lift != nullptr) scatter(nodes.data(), nodes.size(), patches[first + k].row_offset.data(), K[k].data(), *lift);
+    }
+  }
 }
 
 template <int Dim>

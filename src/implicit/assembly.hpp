@@ -10,6 +10,7 @@
 #pragma once
 
 #include "core/profile.hpp"
+#include "implicit/body_contact.hpp"
 #include "implicit/linear_solver.hpp"
 #include "implicit/step_space.hpp"
 #include "implicit/surface_faces.hpp"
@@ -77,9 +78,10 @@ template <int Dim>
 class Assembly {
  public:
   /// With patches of so many cells in each direction for nearly incompressible bodies. Throws InputError for a law without a tangent.
-  Assembly(const StepSpace<Dim>& space, int patch_width, bool has_linear_patches, Real surface_penalty);
+  Assembly(const StepSpace<Dim>& space, BodyContact<Dim>& contact, int patch_width, bool has_linear_patches, Real surface_penalty);
 
-  /// To be called when the space has been updated: makes the sparse matrix's places if they changed, and the soft stiffness.
+  /// To be called when the space has been updated, and the contact with it: makes the sparse matrix's places if they changed, and the soft
+  /// stiffness.
   void start();
 
   /// Residual by active node and component [N], Dim numbers per node, of the step displacements `u` [m].
@@ -89,8 +91,8 @@ class Assembly {
     assemble(u, load, out, &lift);
   }
   const SparseMatrix& matrix() const { return matrix_; }
-  /// Whether the matrix's places changed in the last start().
-  bool is_new_pattern() const { return is_new_pattern_; }
+  /// Changes when the matrix's places do: in start(), and where particles of bodies in contact go far in a step.
+  Index pattern() const { return pattern_; }
 
   /// The least det A under the displacements; not positive or not finite is an inversion.
   Inversion find_inversion(const std::vector<Real>& u) const;
@@ -117,6 +119,7 @@ class Assembly {
   void assemble(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift);
   void make_pattern();
   void make_soft_stiffness();
+  void assemble_contact(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift);
   void assemble_faces(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift);
   /// The matrix of some nodes into the sparse one; `offsets` by pair (I, K): place of I's rows in the columns of K.
   void scatter(const int* nodes, std::size_t count, const int* offsets, const Real* K, Lift& lift);
@@ -137,14 +140,16 @@ class Assembly {
     Real weight_ratio;
   };
   const StepSpace<Dim>& space_;
+  BodyContact<Dim>& contact_;
   VolumePatches<Dim> patches_;
   std::vector<Law> laws_;
   Real surface_penalty_;
   std::vector<SurfaceFace<Dim>> faces_;
 
   SparseMatrix matrix_;
-  Index pattern_ = -1;
-  bool is_new_pattern_ = true;
+  Index pattern_ = 0;
+  Index space_pattern_ = -1;
+  Index contact_pattern_ = -1;
   std::vector<int> first_unknown_;  ///< Per active node: unknowns before it.
   std::vector<int> row_offset_;     ///< Per cell and pair of its nodes (I, K): place of I's rows in the columns of K.
   std::vector<int> soft_cells_;     ///< Per cell: place in soft_stiffness_, or -1.

@@ -41,32 +41,31 @@ Vec<Dim> unit(const Vec<Dim>& a, Real nothing) {
 
 /// Place of a node among the active ones; nothing where no particle is near.
 template <int Dim>
-std::optional<std::size_t> place_of(const StepSpace<Dim>& space, Index node) {
-  const auto found = std::lower_bound(space.nodes().begin(), space.nodes().end(), node);
-  if (found == space.nodes().end() || *found != node) return std::nullopt;
-  return static_cast<std::size_t>(found - space.nodes().begin());
+std::optional<std::size_t> place_of(const StepSpace<Dim>& space, Index slot) {
+  const auto found = std::lower_bound(space.slots().begin(), space.slots().end(), slot);
+  if (found == space.slots().end() || *found != slot) return std::nullopt;
+  return static_cast<std::size_t>(found - space.slots().begin());
 }
 
 }  // namespace
 
 template <int Dim>
-FaceContacts<Dim>::FaceContacts(const std::vector<BoundarySpec>& specs, const Basis<Dim>& basis, const NodeConditions<Dim>& conditions)
-    : conditions_(&conditions) {
+FaceContacts<Dim>::FaceContacts(const std::vector<BoundarySpec>& specs, const StepSpace<Dim>& space) : conditions_(&space.conditions()) {
   const std::vector<std::string> sides = side_names_of<Dim>();
   for (std::size_t c = 0; c < specs.size(); ++c) {
     if (specs[c].contact == FaceContact::stick) continue;
     const bool can_slip = specs[c].contact == FaceContact::friction;
     const auto side = static_cast<std::size_t>(std::find(sides.begin(), sides.end(), specs[c].side) - sides.begin());
-    for (const Index node : basis.side_nodes(specs[c].side)) {
+    for (const Index node : space.basis().side_nodes(specs[c].side)) {
       // Where another condition holds the node across this side, that one decides.
       if (conditions_->condition(node, static_cast<int>(side / 2)) != static_cast<int>(c)) continue;
-      nodes_.push_back({node, static_cast<int>(c), side / 2, side % 2 == 0 ? 1.0 : -1.0, can_slip, specs[c].friction,
-                        can_slip ? State::slips : State::sticks});
+      for (std::size_t field = 0; field < space.field_count(); ++field) {
+        nodes_.push_back({node, space.slot(field, node), static_cast<int>(c), side / 2, side % 2 == 0 ? 1.0 : -1.0, can_slip,
+                          specs[c].friction, can_slip ? State::slips : State::sticks});
+      }
     }
   }
-  if (nodes_.empty()) return;
-  released_.assign(static_cast<std::size_t>(basis.node_count() * Dim), false);
-  is_free_.assign(static_cast<std::size_t>(basis.node_count()), false);
+  if (!nodes_.empty()) released_.assign(static_cast<std::size_t>(space.slot_count() * Dim), false);
 }
 
 template <int Dim>
@@ -77,13 +76,11 @@ bool FaceContacts<Dim>::holds_along(const Node& one, std::size_t d) const {
 template <int Dim>
 void FaceContacts<Dim>::mark() {
   std::fill(released_.begin(), released_.end(), false);
-  std::fill(is_free_.begin(), is_free_.end(), false);
   for (const Node& one : nodes_) {
-    if (one.state == State::free) is_free_[static_cast<std::size_t>(one.node)] = true;
     if (one.state == State::sticks) continue;
     for (std::size_t d = 0; d < Dim; ++d) {
       const bool is_across = d == one.axis && one.state == State::free;
-      if (is_across || holds_along(one, d)) released_[static_cast<std::size_t>(one.node) * Dim + d] = true;
+      if (is_across || holds_along(one, d)) released_[static_cast<std::size_t>(one.slot) * Dim + d] = true;
     }
   }
 }
@@ -93,7 +90,7 @@ void FaceContacts<Dim>::start(const StepSpace<Dim>& space) {
   sets_ = 0;
   for (Node& one : nodes_) {
     one.changes = one.slips = one.turns = 0;
-    if (place_of(space, one.node)) continue;
+    if (place_of(space, one.slot)) continue;
     one.state = one.can_slip ? State::slips : State::sticks;
     one.direction = {};
   }
@@ -105,7 +102,7 @@ std::vector<FaceFriction<Dim>> FaceContacts<Dim>::friction(const StepSpace<Dim>&
   std::vector<FaceFriction<Dim>> all;
   for (const Node& one : nodes_) {
     if (one.state != State::slips || one.friction == 0 || length<Dim>(one.direction) == 0) continue;
-    const auto place = place_of(space, one.node);
+    const auto place = place_of(space, one.slot);
     if (!place) continue;
     all.resize(space.nodes().size());
     FaceFriction<Dim>& made = all[*place];
@@ -213,7 +210,7 @@ bool FaceContacts<Dim>::update(const StepSpace<Dim>& space, const std::vector<Re
   for (const Real force : residual) greatest = std::max(greatest, std::abs(force));
   bool is_changed = false;
   for (Node& one : nodes_) {
-    const auto place = place_of(space, one.node);
+    const auto place = place_of(space, one.slot);
     if (!place) continue;
     if (one.state != State::free) ++held_;
     if (one.state == State::slips) ++slipping_;
@@ -241,7 +238,7 @@ std::vector<Real> FaceContacts<Dim>::slip(const StepSpace<Dim>& space, const std
                                           const std::vector<Vec<Dim>>& displacements) const {
   std::vector<Real> all(u.size(), 0);
   for (const Node& one : nodes_) {
-    const auto place = place_of(space, one.node);
+    const auto place = place_of(space, one.slot);
     if (!place || !one.can_slip) continue;
     for (std::size_t d = 0; d < Dim; ++d) {
       const std::size_t k = *place * Dim + d;

@@ -22,17 +22,16 @@ namespace matpoint {
 template <int Dim>
 class FaceContacts {
  public:
-  /// `conditions` must outlive it: a node is let go in the components that its face holds, and not in those of another side in a corner.
-  FaceContacts(const std::vector<BoundarySpec>& specs, const Basis<Dim>& basis, const NodeConditions<Dim>& conditions);
+  /// The space's conditions must outlive it: a node is let go in the components that its face holds, and not in those of another side in a
+  /// corner.
+  FaceContacts(const std::vector<BoundarySpec>& specs, const StepSpace<Dim>& space);
 
   bool is_empty() const { return nodes_.empty(); }
   /// Before the first solve of a step: nodes that no particle is near are held across their face, the others are as the last step left
   /// them.
   void start(const StepSpace<Dim>& space);
-  /// Components that are let go now, by node and component, for StepSpace::release.
+  /// Components that are let go now, by slot and component, for StepSpace::release.
   const std::vector<bool>& released() const { return released_; }
-  /// Whether a node of a face is let go across it now.
-  bool is_free(Index node) const { return !is_free_.empty() && is_free_[static_cast<std::size_t>(node)]; }
   /// Friction at nodes that slip now, by active node; empty without any. With the faces' displacements by condition [m].
   std::vector<FaceFriction<Dim>> friction(const StepSpace<Dim>& space, const std::vector<Vec<Dim>>& displacements) const;
   /// With the displacements [m] and the residual [N] of a converged solve, by active node and component, and the faces' displacements by
@@ -51,7 +50,8 @@ class FaceContacts {
  private:
   enum class State { free, slips, sticks };
   struct Node {
-    Index node;
+    Index node;  ///< Of the background.
+    Index slot;  ///< Of the space.
     int condition;
     std::size_t axis;
     Real inward;    ///< 1 or -1: the direction into the body along the axis.
@@ -87,7 +87,6 @@ class FaceContacts {
   const NodeConditions<Dim>* conditions_;
   std::vector<Node> nodes_;
   std::vector<bool> released_;
-  std::vector<bool> is_free_;  ///< By node.
   int sets_ = 0;
   int held_ = 0;
   int slipping_ = 0;

@@ -117,9 +117,10 @@ ImplicitSolver<Dim>::ImplicitSolver(const Case& problem)
       spec_(problem.implicit),
       basis_(make_basis<Dim>(problem)),
       conditions_(problem.boundaries, *basis_),
-      space_(*basis_, conditions_, (make_bodies(), sources_), spec_.soft_stiffness),
-      contacts_(problem.boundaries, *basis_, conditions_),
-      assembly_(space_, spec_.basis == BasisKind::bspline ? 2 : 1, spec_.basis == BasisKind::bspline || spec_.element_order == 2,
+      space_(*basis_, conditions_, (make_bodies(), sources_), spec_.soft_stiffness, spec_.contact == ImplicitContact::pairs),
+      contacts_(problem.boundaries, space_),
+      contact_(problem, space_),
+      assembly_(space_, contact_, spec_.basis == BasisKind::bspline ? 2 : 1, spec_.basis == BasisKind::bspline || spec_.element_order == 2,
                 spec_.surface_penalty),
       newton_(spec_, space_, assembly_, profile_),
       gravity_(problem.gravity_at(0)) {
@@ -133,6 +134,8 @@ ImplicitSolver<Dim>::ImplicitSolver(const Case& problem)
   if (!fem_bodies_.empty()) reset_ = std::make_unique<BackgroundReset<Dim>>(*basis_, conditions_, space_);
   escaped_rows_.resize(sources_.size());
   space_.update(0);
+  contact_.start();
+  ledger_.contact_energy = contact_.energy();
   if (spec_.mode == ImplicitMode::quasi_static) check_support();
 }
 
@@ -190,8 +193,8 @@ void ImplicitSolver<Dim>::update_space(Real t) {
   Stage stage(profile_, "locate");
   if (reset_) basis_->set_nodes(reset_->positions(sources_));
   space_.update(t);
+  contact_.start();
   assembly_.start();
-  if (assembly_.is_new_pattern()) newton_.forget_pattern();
 }
 
 /// Which part of the active nodes each belongs to: parts share no cell.
@@ -303,7 +306,7 @@ std::optional<std::string> ImplicitSolver<Dim>::try_step(Real t, Real dt) {
   StepLoad<Dim> load = make_load(t + dt, dt);
   const std::vector<Vec<Dim>> displacements = conditions_.displacements(t, dt);
   contacts_.start(space_);
-  const bool is_balanced = !contacts_.is_empty() && spec_.mode == ImplicitMode::dynamic;
+  const bool is_balanced = (!contacts_.is_empty() || contact_.is_near()) && spec_.mode == ImplicitMode::dynamic;
   const std::optional<StepStart> before = is_balanced ? std::optional<StepStart>(start_of_step()) : std::nullopt;
   std::vector<Real> u;
   std::optional<std::string> failure = settle(t, dt, load, displacements, is_balanced, u);
@@ -324,7 +327,6 @@ template <int Dim>
 void ImplicitSolver<Dim>::take_contacts(StepLoad<Dim>& load, const std::vector<Vec<Dim>>& displacements) {
   space_.release(contacts_.released());
   assembly_.start();
-  if (assembly_.is_new_pattern()) newton_.forget_pattern();
   load.friction = contacts_.friction(space_, displacements);
 }
 
@@ -343,6 +345,7 @@ std::optional<std::string> ImplicitSolver<Dim>::solve(const StepLoad<Dim>& load,
   }
   const bool is_symmetric =
       load.friction.empty() && space_.receding_count() == 0 &&
+      !(contact_.is_near() && (spec_.mode == ImplicitMode::dynamic || spec_.friction > 0)) &&
       std::none_of(sources_.begin(), sources_.end(), [](const auto& source) { return source.points->material().is_rate_dependent(); });
   const auto failure = newton_.solve(load, std::move(prescribed), is_symmetric ? Symmetry::symmetric : Symmetry::general, u);
   iterations_ += newton_.report().iterations;

@@ -29,12 +29,11 @@ class NodalWork {
   /// Of the last step: half the work of the force at its start, and of that at its end [J].
   Real start() const { return start_; }
   Real end() const { return end_; }
-  /// Of the last step, by node of the background and component [N]; and another one in its place, by active node and component.
-  Real last(std::size_t place) const { return place < last_.size() ? last_[place] : 0; }
+  /// Another force in the place of the last step's, by active node and component [N].
   void start_with(const StepSpace<Dim>& space, const std::vector<Real>& force);
 
  private:
-  std::vector<Real> last_;  ///< By node of the background and component [N].
+  std::vector<Real> last_;  ///< By slot of the space and component [N].
   Real start_ = 0;
   Real end_ = 0;
 };
@@ -125,6 +124,8 @@ class ImplicitSolver final : public Solver {
   Vec3 gravity_on(std::size_t body) const;
   void check_support() const;
   void find_escapes();
+  /// What contact stores after particles were moved or taken away other than by steps.
+  void measure_contact();
 
   Case case_;
   ImplicitSpec spec_;
@@ -135,13 +136,15 @@ class ImplicitSolver final : public Solver {
   std::deque<FemBody<Dim>> fem_bodies_;
   std::vector<PointSource<Dim>> sources_;  ///< In the order of the case.
   StepSpace<Dim> space_;
-  FaceContacts<Dim> contacts_;
+  FaceContacts<Dim> contacts_;  ///< With sides.
+  BodyContact<Dim> contact_;    ///< Of bodies with each other.
   Assembly<Dim> assembly_;
   Profile profile_;
   Newton<Dim> newton_;
   std::unique_ptr<BackgroundReset<Dim>> reset_;  ///< Null without bodies of elements.
   std::vector<Vec<Dim>> tractions_;              ///< Full nodal forces by node of the background [N]; empty without.
   Vec3 gravity_;                                 ///< Now [m/s^2].
+  Real time_ = 0;                                ///< At the end of the last step [s].
   bool has_acceleration_ = false;
   Vec3 acceleration_gravity_{};  ///< The gravity that the particles' accelerations hold [m/s^2].
   Vec3 gravity_force_{};         ///< On all particles, as the accelerations at the end of the last step have it [N].

@@ -9,13 +9,13 @@ namespace matpoint {
 
 template <int Dim>
 void NodalWork<Dim>::advance(const StepSpace<Dim>& space, const std::vector<Real>& force, const std::vector<Real>& u) {
-  const auto size = static_cast<std::size_t>(space.basis().node_count() * Dim);
+  const auto size = static_cast<std::size_t>(space.slot_count() * Dim);
   last_.resize(size, 0);
   std::vector<Real> now(size, 0);
   start_ = end_ = 0;
   for (std::size_t n = 0; n < space.nodes().size(); ++n) {
     for (std::size_t d = 0; d < Dim; ++d) {
-      const std::size_t place = static_cast<std::size_t>(space.nodes()[n]) * Dim + d;
+      const std::size_t place = static_cast<std::size_t>(space.slots()[n]) * Dim + d;
       now[place] = force[n * Dim + d];
       start_ += 0.5 * last_[place] * u[n * Dim + d];
       end_ += 0.5 * now[place] * u[n * Dim + d];
@@ -26,8 +26,8 @@ void NodalWork<Dim>::advance(const StepSpace<Dim>& space, const std::vector<Real
 
 template <int Dim>
 void NodalWork<Dim>::start_with(const StepSpace<Dim>& space, const std::vector<Real>& force) {
-  last_.assign(static_cast<std::size_t>(space.basis().node_count() * Dim), 0);
-  for (std::size_t k = 0; k < force.size(); ++k) last_[static_cast<std::size_t>(space.nodes()[k / Dim]) * Dim + k % Dim] = force[k];
+  last_.assign(static_cast<std::size_t>(space.slot_count() * Dim), 0);
+  for (std::size_t k = 0; k < force.size(); ++k) last_[static_cast<std::size_t>(space.slots()[k / Dim]) * Dim + k % Dim] = force[k];
 }
 
 template <int Dim>
@@ -41,6 +41,8 @@ void ImplicitSolver<Dim>::commit(Real t, Real dt, const StepLoad<Dim>& load, con
   const Vec3 reaction = hold(load, u, residual, contacts_.slip(space_, u, conditions_.displacements(t, dt)), dt);
   book(dt, load, u, du, reaction);
   book_forces_at_start(dt, load, u, du);
+  ledger_.contact_dissipation += contact_.commit(spec_.mode == ImplicitMode::dynamic);
+  ledger_.contact_energy = contact_.energy();
   commit_law(dt, A);
   const bool is_dynamic = spec_.mode == ImplicitMode::dynamic;
   space_.for_each_point([&](std::size_t source, std::size_t p, std::size_t k) {
@@ -68,6 +70,7 @@ void ImplicitSolver<Dim>::commit(Real t, Real dt, const StepLoad<Dim>& load, con
     }
   });
   commit_nodes(dt, load, u);
+  time_ = t + dt;
   change_gravity(case_.gravity_at(t + dt), du);
 }
 
@@ -220,7 +223,7 @@ void ImplicitSolver<Dim>::book_forces_at_start(Real dt, const StepLoad<Dim>& loa
   const auto work = assembly_.stress_work(u, dt);
   ledger_.receding_work += 0.5 * (work.correction_start + work.correction_end);
   if (spec_.mode != ImplicitMode::dynamic) return;
-  Real unbalanced = 0.5 * work.start + soft_work_.start() - work_at_start_ - traction_work_.start();
+  Real unbalanced = 0.5 * work.start + contact_.work_at_start() + soft_work_.start() - work_at_start_ - traction_work_.start();
   space_.for_each_point([&](std::size_t source, std::size_t p, std::size_t k) {
     const PointBody<Dim>& body = *sources_[source].points;
     const Real ratio = sources_[source].fem != nullptr ? sources_[source].fem->weight_ratio() : 1;
@@ -285,6 +288,18 @@ void ImplicitSolver<Dim>::remove_escaped() {
     escaped_rows_[s].clear();
   }
   escapes_.clear();
+  const Real before = ledger_.contact_energy;
+  measure_contact();
+  ledger_.removed_energy += before - ledger_.contact_energy;
+}
+
+template <int Dim>
+void ImplicitSolver<Dim>::measure_contact() {
+  if (!contact_.has_pairs()) return;
+  space_.update(time_);
+  contact_.start();
+  contact_.measure_energy();
+  ledger_.contact_energy = contact_.energy();
 }
 
 template <int Dim>
@@ -326,6 +341,7 @@ void ImplicitSolver<Dim>::set_field(std::size_t s, const std::string& name, cons
     }
   }
   body.set_field(name, values);
+  measure_contact();
 }
 
 template <int Dim>
@@ -383,10 +399,10 @@ std::vector<std::string> ImplicitSolver<Dim>::warnings() const {
     least = std::min(least, count);
   }
   std::vector<std::string> found;
-  if (spec_.mode == ImplicitMode::dynamic && particles_.size() > 1) {
+  if (spec_.mode == ImplicitMode::dynamic && particles_.size() > 1 && !contact_.has_pairs()) {
     found.push_back(
         "bodies of particles share one field of displacements in the implicit solver: where they meet, they stick to each other; for "
-        "contact between them take solver.type = \"explicit\" and solver.contact = \"pairs\"");
+        "contact between them take solver.contact = \"pairs\"");
   }
   if (few == 0) return found;
   found.push_back(fmt::format(

@@ -48,8 +48,8 @@ bool Newton<Dim>::solve_linear(const std::vector<Real>& right, Symmetry symmetry
     const int unknown = space_.unknown(static_cast<Index>(k / Dim), static_cast<int>(k % Dim));
     if (unknown >= 0) b[unknown] = right[k];
   }
-  if (!is_analyzed_) linear_solver_->analyze(assembly_.matrix());
-  is_analyzed_ = true;
+  if (analyzed_ != assembly_.pattern()) linear_solver_->analyze(assembly_.matrix());
+  analyzed_ = assembly_.pattern();
   if (!linear_solver_->factorize(assembly_.matrix(), symmetry) || !linear_solver_->solve(b, x)) return false;
   for (std::size_t k = 0; k < right.size(); ++k) {
     const int unknown = space_.unknown(static_cast<Index>(k / Dim), static_cast<int>(k % Dim));

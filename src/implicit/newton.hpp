@@ -23,9 +23,6 @@ class Newton {
   /// All must outlive it.
   Newton(const ImplicitSpec& spec, const StepSpace<Dim>& space, Assembly<Dim>& assembly, Profile& profile);
 
-  /// To be called when the assembly has another pattern.
-  void forget_pattern() { is_analyzed_ = false; }
-
   /// From `u`, or from 0 where it is empty, with the prescribed displacements by active node and component [m]: fills `u`, or says why it
   /// failed.
   std::optional<std::string> solve(const StepLoad<Dim>& load, std::vector<Real> prescribed, Symmetry symmetry, std::vector<Real>& u);
@@ -65,7 +62,7 @@ class Newton {
   Assembly<Dim>& assembly_;
   Profile& profile_;
   std::unique_ptr<LinearSolver> linear_solver_;
-  bool is_analyzed_ = false;
+  Index analyzed_ = -1;  ///< Pattern of the assembly.
   NewtonReport report_;
 };
 

@@ -104,11 +104,12 @@ std::vector<Vec<Dim>> NodeConditions<Dim>::displacements(Real t, Real dt) const 
 
 template <int Dim>
 StepSpace<Dim>::StepSpace(const Basis<Dim>& basis, const NodeConditions<Dim>& conditions, std::vector<PointSource<Dim>> sources,
-                          std::vector<Real> soft_stiffness)
+                          std::vector<Real> soft_stiffness, bool has_own_fields)
     : basis_(basis),
       conditions_(conditions),
       sources_(std::move(sources)),
       soft_stiffness_(std::move(soft_stiffness)),
+      has_own_fields_(has_own_fields),
       functions_(basis.functions_per_cell()) {
   mark_fem_cells();
   find_receding_faces();
@@ -257,26 +258,31 @@ void StepSpace<Dim>::release(const std::vector<bool>& released) {
 
 template <int Dim>
 void StepSpace<Dim>::number_nodes() {
-  std::vector<int> place(static_cast<std::size_t>(basis_.node_count()), -1);
-  for (const Index cell : cells_) {
-    for (int i = 0; i < functions_; ++i) place[static_cast<std::size_t>(basis_.cell_nodes(cell)[i])] = 0;
+  std::vector<int> place(static_cast<std::size_t>(slot_count()), -1);
+  const auto slot_at = [&](std::size_t c, int i) {
+    return static_cast<std::size_t>(slot(field_of(cell_source_[c]), basis_.cell_nodes(cells_[c])[i]));
+  };
+  for (std::size_t c = 0; c < cells_.size(); ++c) {
+    for (int i = 0; i < functions_; ++i) place[slot_at(c, i)] = 0;
   }
   nodes_.clear();
+  slots_.clear();
   unknowns_.clear();
   unknown_count_ = 0;
   for (std::size_t n = 0; n < place.size(); ++n) {
     if (place[n] < 0) continue;
     place[n] = static_cast<int>(nodes_.size());
-    nodes_.push_back(static_cast<Index>(n));
+    slots_.push_back(static_cast<Index>(n));
+    nodes_.push_back(static_cast<Index>(n) % basis_.node_count());
     for (int d = 0; d < Dim; ++d) {
       const bool is_free =
-          conditions_.condition(static_cast<Index>(n), d) < 0 || (!released_.empty() && released_[n * Dim + static_cast<std::size_t>(d)]);
+          conditions_.condition(nodes_.back(), d) < 0 || (!released_.empty() && released_[n * Dim + static_cast<std::size_t>(d)]);
       unknowns_.push_back(is_free ? unknown_count_++ : -1);
     }
   }
   cell_nodes_.clear();
-  for (const Index cell : cells_) {
-    for (int i = 0; i < functions_; ++i) cell_nodes_.push_back(place[static_cast<std::size_t>(basis_.cell_nodes(cell)[i])]);
+  for (std::size_t c = 0; c < cells_.size(); ++c) {
+    for (int i = 0; i < functions_; ++i) cell_nodes_.push_back(place[slot_at(c, i)]);
   }
 }
 
@@ -284,12 +290,16 @@ void StepSpace<Dim>::number_nodes() {
 /// cells hold particles and it is on no free side of the background.
 template <int Dim>
 void StepSpace<Dim>::set_soft_factors() {
-  std::vector<bool> is_active(static_cast<std::size_t>(basis_.cell_count()), false);
-  for (const Index cell : cells_) is_active[static_cast<std::size_t>(cell)] = true;
-  std::vector<bool> is_outer(static_cast<std::size_t>(basis_.node_count()), false);
-  for (Index cell = 0; cell < basis_.cell_count(); ++cell) {
-    if (is_active[static_cast<std::size_t>(cell)]) continue;
-    for (int i = 0; i < functions_; ++i) is_outer[static_cast<std::size_t>(basis_.cell_nodes(cell)[i])] = true;
+  const auto cell_count = static_cast<std::size_t>(basis_.cell_count());
+  std::vector<bool> is_active(cell_count * field_count(), false);
+  for (std::size_t c = 0; c < cells_.size(); ++c)
+    is_active[field_of(cell_source_[c]) * cell_count + static_cast<std::size_t>(cells_[c])] = true;
+  std::vector<bool> is_outer(static_cast<std::size_t>(slot_count()), false);
+  for (std::size_t f = 0; f < field_count(); ++f) {
+    for (Index cell = 0; cell < basis_.cell_count(); ++cell) {
+      if (is_active[f * cell_count + static_cast<std::size_t>(cell)]) continue;
+      for (int i = 0; i < functions_; ++i) is_outer[static_cast<std::size_t>(slot(f, basis_.cell_nodes(cell)[i]))] = true;
+    }
   }
   soft_factors_.clear();
   for (std::size_t c = 0; c < cells_.size(); ++c) {
@@ -301,7 +311,9 @@ void StepSpace<Dim>::set_soft_factors() {
     int inner = 0;
     for (int i = 0; i < functions_; ++i) {
       const Index node = basis_.cell_nodes(cell)[i];
-      if (!is_outer[static_cast<std::size_t>(node)] && !conditions_.is_free_boundary(node) && !is_fem_node(node)) ++inner;
+      if (!is_outer[static_cast<std::size_t>(slot(field_of(cell_source_[c]), node))] && !conditions_.is_free_boundary(node) &&
+          !is_fem_node(node))
+        ++inner;
     }
     if (is_fem_cell_[static_cast<std::size_t>(cell)]) inner = functions_;
     soft_factors_.push_back(inner == functions_ ? 0 : 9 * inner < 5 * functions_ ? soft_stiffness_[0] : soft_stiffness_[1]);

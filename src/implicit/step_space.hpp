@@ -51,11 +51,11 @@ class StepSpace {
  public:
   /// All must outlive it. Throws InputError for a cell of two bodies of elements, and for particles in such a cell.
   StepSpace(const Basis<Dim>& basis, const NodeConditions<Dim>& conditions, std::vector<PointSource<Dim>> sources,
-            std::vector<Real> soft_stiffness);
+            std::vector<Real> soft_stiffness, bool has_own_fields = false);
 
   /// Finds everything anew for the particles as they are. Throws SolverError for a particle outside of the background.
   void update(Real t);
-  /// Components that are no longer prescribed although a condition is on them, by node and component: numbers the unknowns anew where that
+  /// Components that are no longer prescribed although a condition is on them, by slot and component: numbers the unknowns anew where that
   /// changes anything.
   void release(const std::vector<bool>& released);
 
@@ -63,14 +63,21 @@ class StepSpace {
   const NodeConditions<Dim>& conditions() const { return conditions_; }
   int functions() const { return functions_; }
 
+  /// Fields of displacements: one that all bodies share, or one for each body.
+  std::size_t field_count() const { return has_own_fields_ ? sources_.size() : 1; }
+  std::size_t field_of(std::size_t source) const { return has_own_fields_ ? source : 0; }
+  /// What a node of a field is known by from step to step.
+  Index slot(std::size_t field, Index node) const { return static_cast<Index>(field) * basis_.node_count() + node; }
+  Index slot_count() const { return static_cast<Index>(field_count()) * basis_.node_count(); }
+
   // Active cells, ascending, and their particles. A cell in which several bodies have particles comes once for each of them.
   const std::vector<Index>& cells() const { return cells_; }
   Index cell_begin(std::size_t c) const { return cell_begin_[c]; }  ///< First of the cell's places in `particles`.
   Index cell_end(std::size_t c) const { return cell_begin_[c + 1]; }
   const std::vector<Index>& particles() const { return particles_; }  ///< Rows of the cell's source, cell by cell.
   std::size_t source_of(std::size_t c) const { return cell_source_[c]; }
-  /// Whether the entry before is of the same cell, with the particles of another body.
-  bool is_again(std::size_t c) const { return c > 0 && cells_[c] == cells_[c - 1]; }
+  /// Whether the entry before is of the same cell and field, with the particles of another body.
+  bool is_again(std::size_t c) const { return !has_own_fields_ && c > 0 && cells_[c] == cells_[c - 1]; }
   const std::vector<PointSource<Dim>>& sources() const { return sources_; }
   /// Calls f(source, row, place) for all points.
   template <class F>
@@ -104,8 +111,9 @@ class StepSpace {
   }
   Index receding_count() const { return receding_count_; }
 
-  // Active nodes, ascending, and unknowns.
-  const std::vector<Index>& nodes() const { return nodes_; }
+  // Active nodes, field by field and ascending in each, and unknowns.
+  const std::vector<Index>& nodes() const { return nodes_; }  ///< Of the background.
+  const std::vector<Index>& slots() const { return slots_; }  ///< Ascending.
   /// Place of a cell's node among the active ones.
   const int* cell_nodes(std::size_t c) const { return cell_nodes_.data() + c * static_cast<std::size_t>(functions_); }
   /// Number of the unknown, or -1 where the component is prescribed.
@@ -137,6 +145,7 @@ class StepSpace {
   const NodeConditions<Dim>& conditions_;
   std::vector<PointSource<Dim>> sources_;
   std::vector<Real> soft_stiffness_;
+  bool has_own_fields_;
   int functions_;
   std::vector<bool> is_fem_cell_;
   std::vector<bool> is_fem_node_;
@@ -157,10 +166,11 @@ class StepSpace {
   std::vector<Real> corrected_gradients_;
   Index receding_count_ = 0;
   std::vector<Index> nodes_;
+  std::vector<Index> slots_;
   std::vector<int> cell_nodes_;
   std::vector<int> unknowns_;
   int unknown_count_ = 0;
-  std::vector<bool> released_;  ///< By node and component; empty: none.
+  std::vector<bool> released_;  ///< By slot and component; empty: none.
   Index pattern_ = 0;
 };
 

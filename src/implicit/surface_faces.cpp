@@ -8,15 +8,26 @@
 namespace matpoint {
 namespace {
 
-/// Of all cells of the background: place of the first entry among the active ones, or -1.
+/// Of the cells of each field: place of the first entry among the active ones, or -1.
 template <int Dim>
-std::vector<Index> entries_of(const StepSpace<Dim>& space) {
-  std::vector<Index> entries(static_cast<std::size_t>(space.basis().cell_count()), -1);
-  for (std::size_t c = 0; c < space.cells().size(); ++c) {
-    if (!space.is_again(c)) entries[static_cast<std::size_t>(space.cells()[c])] = static_cast<Index>(c);
+class Entries {
+ public:
+  explicit Entries(const StepSpace<Dim>& space)
+      : space_(space), all_(static_cast<std::size_t>(space.basis().cell_count()) * space.field_count(), -1) {
+    for (std::size_t c = 0; c < space.cells().size(); ++c) {
+      if (!space.is_again(c)) all_[place(c, space.cells()[c])] = static_cast<Index>(c);
+    }
   }
-  return entries;
-}
+  /// Of a cell in the field of an entry.
+  Index beside(std::size_t c, Index cell) const { return all_[place(c, cell)]; }
+
+ private:
+  std::size_t place(std::size_t c, Index cell) const {
+    return space_.field_of(space_.source_of(c)) * static_cast<std::size_t>(space_.basis().cell_count()) + static_cast<std::size_t>(cell);
+  }
+  const StepSpace<Dim>& space_;
+  std::vector<Index> all_;
+};
 
 /// Of a cell [m]; splines have boxes.
 template <int Dim>
@@ -123,13 +134,13 @@ std::vector<SurfaceFace<Dim>> surface_faces(const StepSpace<Dim>& space) {
   std::vector<SurfaceFace<Dim>> faces;
   const Basis<Dim>& basis = space.basis();
   if (basis.is_interpolating()) return faces;
-  const std::vector<Index> entries = entries_of(space);
+  const Entries<Dim> entries(space);
   std::vector<bool> is_surface(space.cells().size(), false);
   for (std::size_t c = 0; c < is_surface.size(); ++c) {
     for (int axis = 0; axis < Dim; ++axis) {
       for (const bool is_upper : {false, true}) {
         const Index other = basis.neighbour(space.cells()[c], axis, is_upper);
-        if (other >= 0 && entries[static_cast<std::size_t>(other)] < 0) is_surface[c] = true;
+        if (other >= 0 && entries.beside(c, other) < 0) is_surface[c] = true;
       }
     }
   }
@@ -137,7 +148,7 @@ std::vector<SurfaceFace<Dim>> surface_faces(const StepSpace<Dim>& space) {
     if (space.is_again(c)) continue;
     for (int axis = 0; axis < Dim; ++axis) {
       const Index other = basis.neighbour(space.cells()[c], axis, true);
-      const Index entry = other < 0 ? -1 : entries[static_cast<std::size_t>(other)];
+      const Index entry = other < 0 ? -1 : entries.beside(c, other);
       if (entry < 0 || (!is_surface[c] && !is_surface[static_cast<std::size_t>(entry)])) continue;
       SurfaceFace<Dim> face = make_face(space, c, static_cast<std::size_t>(entry), axis);
       if (!crosses_a_condition(space, face, axis)) faces.push_back(std::move(face));

@@ -1,0 +1,533 @@
+#include "implicit/body_contact.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/parallel.hpp"
+#include "geometry/point_cells.hpp"
+
+namespace matpoint {
+namespace {
+
+// In ranges of W: so much farther than it particles are looked for, and half of it they may move until they are looked for again.
+constexpr Real k_margin = 0.5;
+
+/// Change over the step of <g>^2 / 2 over that of g, and its derivative with respect to the second g; in statics its slope at the end.
+struct Pressing {
+  Real value;
+  Real slope;
+};
+
+Pressing pressing(Real g0, Real g1, bool is_dynamic) {
+  if (!is_dynamic || (g0 <= 0 && g1 <= 0)) return {std::max(Real{0}, g1), g1 > 0 ? 1.0 : 0.0};
+  if (g0 > 0 && g1 > 0) return {0.5 * (g0 + g1), 0.5};
+  const Real way = g1 - g0;
+  if (g1 > 0) return {0.5 * g1 * g1 / way, g1 * (0.5 * g1 - g0) / (way * way)};
+  return {-0.5 * g0 * g0 / way, 0.5 * g0 * g0 / (way * way)};
+}
+
+template <int Dim>
+Vec<Dim> minus(Vec<Dim> a, const Vec<Dim>& b) {
+  for (std::size_t d = 0; d < Dim; ++d) a[d] -= b[d];
+  return a;
+}
+
+template <int Dim>
+Vec<Dim> scaled(Vec<Dim> a, Real factor) {
+  for (Real& x : a) x *= factor;
+  return a;
+}
+
+template <int Dim>
+Real length_of(const Vec<Dim>& a) {
+  return std::sqrt(dot(a, a));
+}
+
+/// The part of a across the normal.
+template <int Dim>
+Vec<Dim> along(const Vec<Dim>& a, const Vec<Dim>& normal) {
+  return minus<Dim>(a, scaled<Dim>(normal, dot(a, normal)));
+}
+
+/// The same, as long as a.
+template <int Dim>
+Vec<Dim> turned(const Vec<Dim>& a, const Vec<Dim>& normal) {
+  const Vec<Dim> flat = along<Dim>(a, normal);
+  const Real length = length_of<Dim>(flat);
+  return length > 0 ? scaled<Dim>(flat, length_of<Dim>(a) / length) : flat;
+}
+
+template <int Dim>
+Real distance_squared(const Vec<Dim>& a, const Vec<Dim>& b) {
+  const Vec<Dim> r = minus<Dim>(a, b);
+  return dot(r, r);
+}
+
+}  // namespace
+
+template <int Dim>
+BodyContact<Dim>::BodyContact(const Case& problem, const StepSpace<Dim>& space) : space_(space), images_(mirror_images<Dim>(problem)) {
+  if (problem.implicit.contact != ImplicitContact::pairs) return;
+  friction_ = problem.implicit.friction;
+  const std::size_t count = space.sources().size();
+  std::vector<Real> spacing, modulus;
+  for (const PointSource<Dim>& source : space.sources()) {
+    const std::vector<Real>& volumes = source.points->volume0;
+    const Real speed = source.points->material().wave_speed(1);
+    spacing.push_back(std::pow(*std::max_element(volumes.begin(), volumes.end()), Real{1} / Dim));
+    modulus.push_back(source.points->material().density() * speed * speed);
+  }
+  for (std::size_t a = 0; a < count; ++a) {
+    for (std::size_t b = a + 1; b < count; ++b) {
+      const PairKernel<Dim> kernel(k_pair_range * std::max(spacing[a], spacing[b]));
+      pairs_.push_back(
+          {{a, b}, kernel, problem.implicit.contact_stiffness * std::min(modulus[a], modulus[b]), {spacing[b], spacing[a]}, {}, {}});
+    }
+  }
+}
+
+template <int Dim>
+Real BodyContact<Dim>::volume(Index k) const {
+  const auto row = static_cast<std::size_t>(space_.particles()[static_cast<std::size_t>(k)]);
+  return space_.sources()[space_.source_of(entry_[static_cast<std::size_t>(k)])].points->volume0[row];
+}
+
+template <int Dim>
+Index BodyContact<Dim>::id(Index k) const {
+  const auto row = static_cast<std::size_t>(space_.particles()[static_cast<std::size_t>(k)]);
+  return space_.sources()[space_.source_of(entry_[static_cast<std::size_t>(k)])].points->id[row];
+}
+
+template <int Dim>
+void BodyContact<Dim>::start() {
+  if (!has_pairs()) return;
+  const std::size_t n = space_.particles().size();
+  entry_.resize(n);
+  x0_.resize(n);
+  places_.assign(space_.sources().size(), {});
+  for (std::size_t c = 0; c < space_.cells().size(); ++c) {
+    for (Index k = space_.cell_begin(c); k < space_.cell_end(c); ++k) {
+      const auto place = static_cast<std::size_t>(k);
+      entry_[place] = c;
+      x0_[place] = space_.sources()[space_.source_of(c)].points->position[static_cast<std::size_t>(space_.particles()[place])];
+      places_[space_.source_of(c)].push_back(k);
+    }
+  }
+  x_ = x0_;
+  search();
+  if (!is_first_) return;
+  is_first_ = false;
+  lay();
+  measure_energy();
+}
+
+/// Bodies that are laid on each other touch without a force, as in the explicit solver.
+template <int Dim>
+void BodyContact<Dim>::lay() {
+  constexpr Real k_seen = 0.01;
+  for (const ContactPatch<Dim>& patch : patches_) {
+    for (std::size_t i = 0; i < patch.points.size(); ++i) {
+      const Meeting meeting = meet(patch, i);
+      if (meeting.g0 > 0 && meeting.g0 < k_seen) pairs_[patch.pair].at_touch[patch.side][id(patch.points[i])] = meeting.c0;
+    }
+  }
+}
+
+template <int Dim>
+bool BodyContact<Dim>::move(const std::vector<Real>& u) {
+  if (!has_pairs()) return false;
+  const int functions = space_.functions();
+  parallel_for(static_cast<Index>(space_.cells().size()), static_cast<Index>(x_.size()), [&](Index cell) {
+    const auto c = static_cast<std::size_t>(cell);
+    const int* const nodes = space_.cell_nodes(c);
+    for (Index k = space_.cell_begin(c); k < space_.cell_end(c); ++k) {
+      Vec<Dim> x = x0_[static_cast<std::size_t>(k)];
+      for (int node = 0; node < functions; ++node) {
+        for (std::size_t d = 0; d < Dim; ++d) x[d] += space_.N(k)[node] * u[static_cast<std::size_t>(nodes[node]) * Dim + d];
+      }
+      x_[static_cast<std::size_t>(k)] = x;
+    }
+  });
+  Real range = std::numeric_limits<Real>::infinity();
+  for (const Pair& pair : pairs_) range = std::min(range, pair.kernel.range());
+  const Real free_way = 0.5 * k_margin * range;
+  bool is_far = false;
+  for (std::size_t k = 0; k < x_.size(); ++k) is_far = is_far || distance_squared<Dim>(x_[k], searched_at_[k]) > free_way * free_way;
+  return is_far && search();
+}
+
+/// Whether there are other patches than before. Candidates are near at the start of the step or now.
+template <int Dim>
+bool BodyContact<Dim>::search() {
+  std::vector<ContactPatch<Dim>> old = std::move(patches_);
+  patches_.clear();
+  searched_at_ = x_;
+  for (std::size_t p = 0; p < pairs_.size(); ++p) {
+    std::vector<Found> found;
+    search(pairs_[p], x0_, found);
+    if (x_ != x0_) search(pairs_[p], x_, found);
+    for (std::size_t side : {0, 1}) {
+      make_patches(found, p, side);
+      for (Found& one : found) std::swap(one[0], one[1]);
+    }
+  }
+  const auto is_same = [](const ContactPatch<Dim>& a, const ContactPatch<Dim>& b) { return a.nodes == b.nodes; };
+  if (!std::equal(old.begin(), old.end(), patches_.begin(), patches_.end(), is_same)) {
+    ++pattern_;
+    return true;
+  }
+  for (std::size_t k = 0; k < old.size(); ++k) patches_[k].row_offset = std::move(old[k].row_offset);
+  return false;
+}
+
+template <int Dim>
+void BodyContact<Dim>::search(const Pair& pair, const std::vector<Vec<Dim>>& positions, std::vector<Found>& found) const {
+  const Real reach = (1 + k_margin) * pair.kernel.range();
+  std::array<Extent<Dim>, 2> boxes;
+  for (std::size_t s : {0, 1}) {
+    boxes[s].lower.fill(std::numeric_limits<Real>::infinity());
+    boxes[s].upper.fill(-std::numeric_limits<Real>::infinity());
+    for (const Index k : places_[pair.sources[s]]) {
+      for (std::size_t d = 0; d < Dim; ++d) {
+        boxes[s].lower[d] = std::min(boxes[s].lower[d], positions[static_cast<std::size_t>(k)][d]);
+        boxes[s].upper[d] = std::max(boxes[s].upper[d], positions[static_cast<std::size_t>(k)][d]);
+      }
+    }
+  }
+  if (gap_of<Dim>(boxes[0], boxes[1]) >= reach) return;
+  Extent<Dim> box;
+  for (std::size_t d = 0; d < Dim; ++d) {
+    box.lower[d] = std::max(boxes[0].lower[d], boxes[1].lower[d]) - reach;
+    box.upper[d] = std::min(boxes[0].upper[d], boxes[1].upper[d]) + reach;
+  }
+  const Cells<Dim> cells(box, reach);
+  const auto is_in = [&](const Vec<Dim>& x) {
+    for (std::size_t d = 0; d < Dim; ++d) {
+      if (x[d] < box.lower[d] || x[d] > box.upper[d]) return false;
+    }
+    return true;
+  };
+  std::vector<std::pair<Index, Index>> others;  // cell and place
+  for (const Index k : places_[pair.sources[1]]) {
+    const Vec<Dim>& x = positions[static_cast<std::size_t>(k)];
+    if (is_in(x)) others.emplace_back(cells.key_of(cells.cell_of(x)), k);
+  }
+  std::sort(others.begin(), others.end());
+  for (const Index p : places_[pair.sources[0]]) {
+    const Vec<Dim>& x = positions[static_cast<std::size_t>(p)];
+    if (!is_in(x)) continue;
+    cells.for_each_row_near(x, [&](Index first, Index last) {
+      auto other = std::lower_bound(others.begin(), others.end(), std::pair<Index, Index>{first, -1});
+      for (; other != others.end() && other->first <= last; ++other) {
+        // An image is never nearer than what it is the image of.
+        for (std::size_t image = 0; image < images_.size(); ++image) {
+          const Vec<Dim> y = images_[image].place(positions[static_cast<std::size_t>(other->second)]);
+          if (distance_squared<Dim>(x, y) < reach * reach)
+            found.push_back({p, other->second, static_cast<Index>(image)});
+          else if (image == 0)
+            break;
+        }
+      }
+    });
+  }
+}
+
+template <int Dim>
+void BodyContact<Dim>::make_patches(std::vector<Found> found, std::size_t pair, std::size_t side) {
+  const auto entry_of = [&](Index k) { return entry_[static_cast<std::size_t>(k)]; };
+  std::sort(found.begin(), found.end());  // places go cell by cell
+  found.erase(std::unique(found.begin(), found.end()), found.end());
+  for (std::size_t first = 0, last = 0; first < found.size(); first = last) {
+    while (last < found.size() && entry_of(found[last][0]) == entry_of(found[first][0])) ++last;
+    ContactPatch<Dim> patch;
+    patch.pair = pair;
+    patch.side = side;
+    for (std::size_t k = first; k < last; ++k) patch.entries.push_back(entry_of(found[k][1]));
+    std::sort(patch.entries.begin(), patch.entries.end());
+    patch.entries.erase(std::unique(patch.entries.begin(), patch.entries.end()), patch.entries.end());
+    patch.entries.insert(patch.entries.begin(), entry_of(found[first][0]));
+    for (std::size_t k = first; k < last; ++k) {
+      if (patch.points.empty() || patch.points.back() != found[k][0]) {
+        patch.points.push_back(found[k][0]);
+        patch.begin.push_back(patch.candidates.size());
+      }
+      const auto entry = std::lower_bound(patch.entries.begin() + 1, patch.entries.end(), entry_of(found[k][1])) - patch.entries.begin();
+      patch.candidates.push_back(
+          {static_cast<std::uint32_t>(found[k][1]), static_cast<std::uint32_t>(entry), static_cast<std::uint32_t>(found[k][2])});
+    }
+    patch.begin.push_back(patch.candidates.size());
+    for (const std::size_t c : patch.entries)
+      patch.nodes.insert(patch.nodes.end(), space_.cell_nodes(c), space_.cell_nodes(c) + space_.functions());
+    std::sort(patch.nodes.begin(), patch.nodes.end());
+    patch.nodes.erase(std::unique(patch.nodes.begin(), patch.nodes.end()), patch.nodes.end());
+    for (const std::size_t c : patch.entries) {
+      for (int i = 0; i < space_.functions(); ++i)
+        patch.local.push_back(
+            static_cast<int>(std::lower_bound(patch.nodes.begin(), patch.nodes.end(), space_.cell_nodes(c)[i]) - patch.nodes.begin()));
+    }
+    patches_.push_back(std::move(patch));
+  }
+}
+
+template <int Dim>
+Real BodyContact<Dim>::at_touch(const Pair& pair, std::size_t side, Index k) const {
+  const auto found = pair.at_touch[side].find(id(k));
+  if (found != pair.at_touch[side].end()) return found->second;
+  return pair.kernel.beyond_surface(0.5 * std::pow(volume(k), Real{1} / Dim), pair.rows[side]);
+}
+
+template <int Dim>
+typename BodyContact<Dim>::Meeting BodyContact<Dim>::meet(const ContactPatch<Dim>& patch, std::size_t point) const {
+  Meeting meeting;
+  const Pair& pair = pairs_[patch.pair];
+  const auto p = static_cast<std::size_t>(patch.points[point]);
+  const Real factor = 1 / (pair.kernel.range() * pair.kernel.range());
+  Real c1 = 0;
+  for (std::size_t k = patch.begin[point]; k < patch.begin[point + 1]; ++k) {
+    const auto& candidate = patch.candidates[k];
+    const MirrorImage<Dim>& image = images_[candidate.image];
+    Near near{candidate.q,
+              candidate.entry,
+              candidate.image,
+              minus<Dim>(x0_[p], image.place(x0_[candidate.q])),
+              minus<Dim>(x_[p], image.place(x_[candidate.q])),
+              0,
+              0};
+    near.q0 = 1 - dot(near.r0, near.r0) * factor;
+    near.q1 = 1 - dot(near.r1, near.r1) * factor;
+    if (near.q0 <= 0 && near.q1 <= 0) continue;
+    const Real V = volume(candidate.q);
+    if (near.q0 > 0) meeting.c0 += V * pair.kernel.value(near.q0);
+    if (near.q1 > 0) c1 += V * pair.kernel.value(near.q1);
+    meeting.near.push_back(near);
+  }
+  if (meeting.near.empty()) return meeting;
+  const Real touch = at_touch(pair, patch.side, patch.points[point]);
+  meeting.g0 = meeting.c0 - touch;
+  meeting.g1 = c1 - touch;
+  return meeting;
+}
+
+template <int Dim>
+typename BodyContact<Dim>::Rub BodyContact<Dim>::rub(const ContactPatch<Dim>& patch, std::size_t point, const Meeting& meeting,
+                                                     bool is_dynamic) const {
+  Rub rub;
+  if (friction_ == 0 || !meeting.presses() || meeting.c0 == 0) return rub;
+  const Pair& pair = pairs_[patch.pair];
+  const auto p = static_cast<std::size_t>(patch.points[point]);
+  Vec<Dim> gradient{};
+  Vec<Dim> way = minus<Dim>(x_[p], x0_[p]);
+  for (const Near& near : meeting.near) {
+    if (near.q0 <= 0) continue;
+    const Real V = volume(near.q);
+    const Real weight = V * pair.kernel.value(near.q0) / meeting.c0;
+    const Vec<Dim> other = images_[near.image].direction(minus<Dim>(x_[near.q], x0_[near.q]));
+    for (std::size_t d = 0; d < Dim; ++d) {
+      gradient[d] -= V * pair.kernel.slope(near.q0) * near.r0[d];
+      way[d] -= weight * other[d];
+    }
+  }
+  rub.reach = length_of<Dim>(gradient);
+  if (rub.reach == 0) return rub;
+  rub.is_on = true;
+  rub.normal = scaled<Dim>(gradient, 1 / rub.reach);
+  const Real V = volume(patch.points[point]);
+  // As stiff along the surface as across it, where a flat one begins to press.
+  const Real w = pair.kernel.over_plane(pair.kernel.range() / (2 * k_pair_range));
+  rub.stiffness = pair.stiffness * w * w * V;
+  rub.slip = along<Dim>(way, rub.normal);
+  rub.pull = rub.slip;
+  const auto hold = pair.holds[patch.side].find(id(patch.points[point]));
+  if (hold != pair.holds[patch.side].end()) {
+    const Vec<Dim> pulled = turned<Dim>(hold->second.pulled, rub.normal);
+    for (std::size_t d = 0; d < Dim; ++d) rub.pull[d] += pulled[d];
+    rub.old_force = scaled<Dim>(pulled, rub.stiffness);
+  }
+  rub.limit = friction_ * V * pair.stiffness * rub.reach * pressing(meeting.g0, meeting.g1, is_dynamic).value;
+  const Real length = length_of<Dim>(rub.pull);
+  rub.slips = rub.stiffness * length > rub.limit;
+  rub.force = scaled<Dim>(rub.pull, rub.slips ? rub.limit / length : rub.stiffness);
+  return rub;
+}
+
+template <int Dim>
+void BodyContact<Dim>::work(const ContactPatch<Dim>& patch, bool is_dynamic, Real* residual, Real* K) const {
+  const std::size_t size = patch.nodes.size() * Dim;
+  std::fill_n(residual, size, 0);
+  if (K != nullptr) std::fill_n(K, size * size, 0);
+  for (std::size_t point = 0; point < patch.points.size(); ++point) {
+    const Meeting meeting = meet(patch, point);
+    if (!meeting.presses()) continue;
+    press(patch, point, meeting, is_dynamic, residual, K);
+  }
+}
+
+/// What displacements of the patch's nodes do to the distance of a particle and another one.
+template <int Dim>
+struct BodyContact<Dim>::Arm {
+  const int* local;  ///< Places of the functions among the patch's nodes.
+  const Real* N;
+  Vec<Dim> sign;  ///< 1 of the particle itself; of the other one -1, and 1 along the axis of an image.
+};
+
+template <int Dim>
+void BodyContact<Dim>::press(const ContactPatch<Dim>& patch, std::size_t point, const Meeting& meeting, bool is_dynamic, Real* residual,
+                             Real* K) const {
+  const Pair& pair = pairs_[patch.pair];
+  const std::size_t size = patch.nodes.size() * Dim;
+  const int functions = space_.functions();
+  const Real weight = is_dynamic ? 2 : 1;
+  const Pressing pressed = pressing(meeting.g0, meeting.g1, is_dynamic);
+  const Real modulus = volume(patch.points[point]) * pair.stiffness;
+  const Rub rubbing = rub(patch, point, meeting, is_dynamic);
+  // Derivatives of c_p by the nodes: its mean over the step, now, and at the start; and of the way past the other body.
+  std::vector<Real> mean(size, 0), now(size, 0), start(size, 0), past(rubbing.is_on ? size : 0, 0);
+  const auto add = [&](const Arm& arm, const Vec<Dim>& v, Real factor, std::vector<Real>& row) {
+    for (int node = 0; node < functions; ++node) {
+      for (std::size_t d = 0; d < Dim; ++d)
+        row[static_cast<std::size_t>(arm.local[node]) * Dim + d] += factor * arm.N[node] * arm.sign[d] * v[d];
+    }
+  };
+  Vec<Dim> ones;
+  ones.fill(1);
+  const Arm self{patch.local.data(), space_.N(patch.points[point]), ones};
+  if (rubbing.is_on) add(self, ones, 1, past);
+  for (const Near& near : meeting.near) {
+    const Real V = volume(near.q);
+    const Arm other{patch.local.data() + static_cast<std::size_t>(near.entry) * static_cast<std::size_t>(functions), space_.N(near.q),
+                    scaled<Dim>(images_[near.image].direction(ones), -1)};
+    const auto of_both = [&](const Vec<Dim>& v, Real factor, std::vector<Real>& row) {
+      add(self, v, factor, row);
+      add(other, v, factor, row);
+    };
+    const typename PairKernel<Dim>::Secant secant = is_dynamic ? pair.kernel.secant(near.q0, near.q1) : pair.kernel.tangent(near.q1);
+    Vec<Dim> middle;  // twice
+    for (std::size_t d = 0; d < Dim; ++d) middle[d] = near.r1[d] + (is_dynamic ? near.r0[d] : near.r1[d]);
+    of_both(middle, V * secant.value, mean);
+    if (near.q1 > 0) of_both(near.r1, -V * pair.kernel.slope(near.q1), now);
+    if (near.q0 > 0 && is_dynamic) of_both(near.r0, -V * pair.kernel.slope(near.q0), start);
+    if (rubbing.is_on && near.q0 > 0) add(other, ones, V * pair.kernel.value(near.q0) / meeting.c0, past);
+    if (K == nullptr || pressed.value == 0) continue;
+    Vec<Dim> h[Dim];
+    for (std::size_t i = 0; i < Dim; ++i) {
+      for (std::size_t j = 0; j < Dim; ++j)
+        h[i][j] = weight * modulus * pressed.value * V *
+                  ((i == j ? (is_dynamic ? 1 : 2) * secant.value : 0) + middle[i] * 2 * near.r1[j] * secant.slope);
+    }
+    for (const Arm* one : {&self, &other}) {
+      for (const Arm* two : {&self, &other}) {
+        for (int I = 0; I < functions; ++I) {
+          for (std::size_t i = 0; i < Dim; ++i) {
+            Real* const row = K + (static_cast<std::size_t>(one->local[I]) * Dim + i) * size;
+            for (int J = 0; J < functions; ++J) {
+              const Real both = one->N[I] * two->N[J] * one->sign[i];
+              for (std::size_t j = 0; j < Dim; ++j) row[static_cast<std::size_t>(two->local[J]) * Dim + j] += both * two->sign[j] * h[i][j];
+            }
+          }
+        }
+      }
+    }
+  }
+  for (std::size_t k = 0; k < size; ++k) {
+    residual[k] += weight * modulus * pressed.value * mean[k];
+    if (is_dynamic) residual[k] -= modulus * std::max(Real{0}, meeting.g0) * start[k];
+    if (rubbing.is_on) residual[k] += past[k] * (weight * rubbing.force[k % Dim] - (is_dynamic ? rubbing.old_force[k % Dim] : 0));
+  }
+  if (K == nullptr) return;
+  for (std::size_t k = 0; k < size; ++k) {
+    const Real of_row = weight * modulus * pressed.slope * mean[k];
+    if (of_row == 0) continue;
+    for (std::size_t j = 0; j < size; ++j) K[k * size + j] += of_row * now[j];
+  }
+  if (rubbing.is_on) add_rubbing(rubbing, weight, weight * friction_ * modulus * rubbing.reach * pressed.slope, past, now, K);
+}
+
+/// Where the spring holds, its stiffness; where it slips, its force turns with the slip and follows the normal force.
+template <int Dim>
+void BodyContact<Dim>::add_rubbing(const Rub& rubbing, Real weight, Real limit_slope, const std::vector<Real>& past,
+                                   const std::vector<Real>& now, Real* K) const {
+  const std::size_t size = past.size();
+  const Real length = length_of<Dim>(rubbing.pull);
+  const Vec<Dim> ahead = length > 0 ? scaled<Dim>(rubbing.pull, 1 / length) : Vec<Dim>{};
+  const Real stiffness = weight * (rubbing.slips ? rubbing.limit / length : rubbing.stiffness);
+  for (std::size_t k = 0; k < size; ++k) {
+    if (past[k] == 0) continue;
+    const std::size_t i = k % Dim;
+    Vec<Dim> row;
+    for (std::size_t j = 0; j < Dim; ++j) {
+      row[j] = (i == j ? 1 : 0) - rubbing.normal[i] * rubbing.normal[j];
+      if (rubbing.slips) row[j] -= ahead[i] * ahead[j];
+      row[j] *= stiffness * past[k];
+    }
+    const Real by_pressure = rubbing.slips ? limit_slope * past[k] * ahead[i] : 0;
+    for (std::size_t j = 0; j < size; ++j) K[k * size + j] += row[j % Dim] * past[j] + by_pressure * now[j];
+  }
+}
+
+template <int Dim>
+Real BodyContact<Dim>::work_at_start() const {
+  Real sum = 0;
+  for (const ContactPatch<Dim>& patch : patches_) {
+    for (std::size_t point = 0; point < patch.points.size(); ++point) {
+      const Meeting meeting = meet(patch, point);
+      if (meeting.g0 > 0) {
+        const Pair& pair = pairs_[patch.pair];
+        Real way = 0;
+        for (const Near& near : meeting.near) {
+          if (near.q0 > 0) way -= volume(near.q) * pair.kernel.slope(near.q0) * dot(near.r0, minus<Dim>(near.r1, near.r0));
+        }
+        sum += 0.5 * volume(patch.points[point]) * pair.stiffness * meeting.g0 * way;
+      }
+      const Rub rubbing = rub(patch, point, meeting, true);
+      if (rubbing.is_on) sum += 0.5 * dot(rubbing.old_force, rubbing.slip);
+    }
+  }
+  return sum;
+}
+
+template <int Dim>
+Real BodyContact<Dim>::commit(bool is_dynamic) {
+  Real taken = 0;
+  std::vector<std::array<std::map<Index, Hold>, 2>> holds(pairs_.size());
+  for (const Pair& pair : pairs_) {
+    for (const auto& side : pair.holds) {
+      for (const auto& [id, hold] : side) taken += hold.energy;
+    }
+  }
+  for (const ContactPatch<Dim>& patch : patches_) {
+    for (std::size_t point = 0; point < patch.points.size(); ++point) {
+      const Meeting meeting = meet(patch, point);
+      const Rub rubbing = rub(patch, point, meeting, is_dynamic);
+      if (!rubbing.is_on) continue;
+      const Vec<Dim> pulled = scaled<Dim>(rubbing.force, 1 / rubbing.stiffness);
+      const Real energy = 0.5 * rubbing.stiffness * dot(pulled, pulled);
+      taken += dot(rubbing.force, rubbing.slip) - energy;
+      holds[patch.pair][patch.side][id(patch.points[point])] = {pulled, energy};
+    }
+  }
+  for (std::size_t p = 0; p < pairs_.size(); ++p) pairs_[p].holds = std::move(holds[p]);
+  measure_energy();
+  return taken;
+}
+
+template <int Dim>
+void BodyContact<Dim>::measure_energy() {
+  energy_ = 0;
+  for (const Pair& pair : pairs_) {
+    for (const auto& side : pair.holds) {
+      for (const auto& [id, hold] : side) energy_ += hold.energy;
+    }
+  }
+  for (const ContactPatch<Dim>& patch : patches_) {
+    for (std::size_t point = 0; point < patch.points.size(); ++point) {
+      const Real g = std::max(Real{0}, meet(patch, point).g1);
+      energy_ += 0.5 * volume(patch.points[point]) * pairs_[patch.pair].stiffness * g * g;
+    }
+  }
+}
+
+template class BodyContact<2>;
+template class BodyContact<3>;
+
+}  // namespace matpoint
