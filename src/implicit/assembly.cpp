@@ -592,6 +592,14 @@ Inversion Assembly<Dim>::find_inversion(const std::vector<Real>& u) const {
 }
 
 template <int Dim>
+std::string Assembly<Dim>::find_fault(const std::vector<Real>& u) {
+  const Inversion inversion = find_inversion(u);
+  if (inversion.is_found()) return describe(inversion);
+  if (contact_.move(u)) make_pattern();
+  return contact_.find_overlap();
+}
+
+template <int Dim>
 std::string Assembly<Dim>::describe(const Inversion& inversion) const {
   const auto row = static_cast<std::size_t>(inversion.row);
   const PointBody<Dim>& body = *space_.sources()[inversion.source].points;

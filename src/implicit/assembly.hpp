@@ -96,7 +96,8 @@ class Assembly {
 
   /// The least det A under the displacements; not positive or not finite is an inversion.
   Inversion find_inversion(const std::vector<Real>& u) const;
-  std::string describe(const Inversion& inversion) const;
+  /// What cannot be taken of the displacements: a particle is turned inside out, or bodies run too deep into each other. Empty if nothing.
+  std::string find_fault(const std::vector<Real>& u);
 
   /// A of all particles as their laws see it, Dim x Dim numbers each, and their displacements [m], in the order of the space's particles.
   void deform(const std::vector<Real>& u, std::vector<Real>& A, std::vector<Vec<Dim>>& du) const;
@@ -116,6 +117,7 @@ class Assembly {
 
  private:
   struct Kernels;
+  std::string describe(const Inversion& inversion) const;
   void assemble(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift);
   void make_pattern();
   void make_soft_stiffness();

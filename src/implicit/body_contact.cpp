@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/error.hpp"
 #include "core/parallel.hpp"
 #include "geometry/point_cells.hpp"
 
@@ -268,6 +269,27 @@ void BodyContact<Dim>::make_patches(std::vector<Found> found, std::size_t pair, 
     }
     patches_.push_back(std::move(patch));
   }
+}
+
+template <int Dim>
+std::string BodyContact<Dim>::find_overlap() const {
+  // Of g: half a spacing too deep. From there on W pushes ever less, and rows of particles pass through each other.
+  constexpr Real k_deep = 0.25;
+  for (const ContactPatch<Dim>& patch : patches_) {
+    const Pair& pair = pairs_[patch.pair];
+    for (std::size_t i = 0; i < patch.points.size(); ++i) {
+      const Meeting meeting = meet(patch, i);
+      bool is_far = false;
+      const Real range = pair.kernel.range();
+      for (const Near& near : meeting.near) is_far = is_far || (near.q0 > 0 && distance_squared<Dim>(near.r0, near.r1) > range * range);
+      if (!is_far && meeting.g1 <= std::max(k_deep, 1.01 * meeting.g0)) continue;
+      const auto name = [&](std::size_t side) { return space_.sources()[pair.sources[side]].points->name(); };
+      return fmt::format("particle {} of body \"{}\" at ({:.6g}) would run into body \"{}\", {}", id(patch.points[i]), name(patch.side),
+                         fmt::join(x0_[static_cast<std::size_t>(patch.points[i])], ", "), name(1 - patch.side),
+                         is_far ? "past more than two particles of it" : "half a particle deep");
+    }
+  }
+  return {};
 }
 
 template <int Dim>

@@ -58,6 +58,10 @@ class BodyContact {
   bool move(const std::vector<Real>& u);
   std::vector<ContactPatch<Dim>>& patches() { return patches_; }
 
+  /// Whether a particle has run so deep into another body, or moved so far past it, that what pushes it back is no longer what it should
+  /// be. Says where; empty if not. After move().
+  std::string find_overlap() const;
+
   /// Residual of a patch by its nodes and components, and its matrix where asked for. After move().
   void work(const ContactPatch<Dim>& patch, bool is_dynamic, Real* residual, Real* K) const;
 

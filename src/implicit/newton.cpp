@@ -148,16 +148,16 @@ typename Newton<Dim>::Outcome Newton<Dim>::take_increment(Search& search, std::s
   for (int halving = 0;; ++halving) {
     const bool is_last = halving == k_halvings_max;
     for (std::size_t k = 0; k < search.u.size(); ++k) search.trial[k] = search.u[k] - share * search.increment[k];
-    Inversion inversion;
+    std::string fault;
     {
       Stage stage(profile_, "inversion");
-      inversion = assembly_.find_inversion(search.trial);
+      fault = assembly_.find_fault(search.trial);
     }
-    if (inversion.is_found() && is_last) {
-      failure = assembly_.describe(inversion) + ", however short the increment";
+    if (!fault.empty() && is_last) {
+      failure = fault + ", however short the increment";
       return Outcome::failed;
     }
-    if (!inversion.is_found()) {
+    if (fault.empty()) {
       if (has_converged(search, share)) {
         search.u = search.trial;
         return Outcome::converged;
