@@ -141,9 +141,9 @@ Real modulus_at_rest(TangentFunction<Dim> evaluate, const Material& material) {
 }  // namespace
 
 template <int Dim>
-Assembly<Dim>::Assembly(const StepSpace<Dim>& space, BodyContact<Dim>& contact, int patch_width, bool has_linear_patches,
-                        Real surface_penalty)
-    : space_(space), contact_(contact), patches_(space, patch_width, has_linear_patches), surface_penalty_(surface_penalty) {
+Assembly<Dim>::Assembly(const StepSpace<Dim>& space, BodyContact<Dim>& contact, const SideContact<Dim>& sides, int patch_width,
+                        bool has_linear_patches, Real surface_penalty)
+    : space_(space), contact_(contact), sides_(sides), patches_(space, patch_width, has_linear_patches), surface_penalty_(surface_penalty) {
   for (const PointSource<Dim>& source : space.sources()) {
     const Material& material = source.points->material();
     const TangentFunction<Dim> evaluate = tangent_function<Dim>(material);
@@ -336,6 +336,7 @@ void Assembly<Dim>::assemble(const std::vector<Real>& u, const StepLoad<Dim>& lo
       Real* const cell_matrix = with_matrix ? cell_matrices_.data() + s * width() * width() : nullptr;
       if (patches_.holds(first + s)) return;
       work(*this, first + s, u, load, cell_residual, cell_matrix);
+      sides_.work(first + s, u, load.inertia.u > 0, cell_residual, cell_matrix);
       if (!load.friction.empty())
         add_friction(space_.cell_nodes(first + s), static_cast<std::size_t>(space_.functions()), u, load, cell_residual, cell_matrix);
     });
@@ -596,7 +597,8 @@ std::string Assembly<Dim>::find_fault(const std::vector<Real>& u) {
   const Inversion inversion = find_inversion(u);
   if (inversion.is_found()) return describe(inversion);
   if (contact_.move(u)) make_pattern();
-  return contact_.find_overlap();
+  const std::string overlap = sides_.find_overlap(u);
+  return overlap.empty() ? contact_.find_overlap() : overlap;
 }
 
 template <int Dim>

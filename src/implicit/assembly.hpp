@@ -12,6 +12,7 @@
 #include "core/profile.hpp"
 #include "implicit/body_contact.hpp"
 #include "implicit/linear_solver.hpp"
+#include "implicit/side_contact.hpp"
 #include "implicit/step_space.hpp"
 #include "implicit/surface_faces.hpp"
 #include "implicit/volume_patches.hpp"
@@ -78,7 +79,8 @@ template <int Dim>
 class Assembly {
  public:
   /// With patches of so many cells in each direction for nearly incompressible bodies. Throws InputError for a law without a tangent.
-  Assembly(const StepSpace<Dim>& space, BodyContact<Dim>& contact, int patch_width, bool has_linear_patches, Real surface_penalty);
+  Assembly(const StepSpace<Dim>& space, BodyContact<Dim>& contact, const SideContact<Dim>& sides, int patch_width, bool has_linear_patches,
+           Real surface_penalty);
 
   /// To be called when the space has been updated, and the contact with it: makes the sparse matrix's places if they changed, and the soft
   /// stiffness.
@@ -143,6 +145,7 @@ class Assembly {
   };
   const StepSpace<Dim>& space_;
   BodyContact<Dim>& contact_;
+  const SideContact<Dim>& sides_;
   VolumePatches<Dim> patches_;
   std::vector<Law> laws_;
   Real surface_penalty_;

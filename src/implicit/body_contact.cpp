@@ -7,26 +7,13 @@
 #include "core/error.hpp"
 #include "core/parallel.hpp"
 #include "geometry/point_cells.hpp"
+#include "implicit/pressing.hpp"
 
 namespace matpoint {
 namespace {
 
 // In ranges of W: so much farther than it particles are looked for, and half of it they may move until they are looked for again.
 constexpr Real k_margin = 0.5;
-
-/// Change over the step of <g>^2 / 2 over that of g, and its derivative with respect to the second g; in statics its slope at the end.
-struct Pressing {
-  Real value;
-  Real slope;
-};
-
-Pressing pressing(Real g0, Real g1, bool is_dynamic) {
-  if (!is_dynamic || (g0 <= 0 && g1 <= 0)) return {std::max(Real{0}, g1), g1 > 0 ? 1.0 : 0.0};
-  if (g0 > 0 && g1 > 0) return {0.5 * (g0 + g1), 0.5};
-  const Real way = g1 - g0;
-  if (g1 > 0) return {0.5 * g1 * g1 / way, g1 * (0.5 * g1 - g0) / (way * way)};
-  return {-0.5 * g0 * g0 / way, 0.5 * g0 * g0 / (way * way)};
-}
 
 template <int Dim>
 Vec<Dim> minus(Vec<Dim> a, const Vec<Dim>& b) {
@@ -368,8 +355,10 @@ typename BodyContact<Dim>::Rub BodyContact<Dim>::rub(const ContactPatch<Dim>& pa
   }
   rub.limit = friction_ * V * pair.stiffness * rub.reach * pressing(meeting.g0, meeting.g1, is_dynamic).value;
   const Real length = length_of<Dim>(rub.pull);
-  rub.slips = rub.stiffness * length > rub.limit;
-  rub.force = scaled<Dim>(rub.pull, rub.slips ? rub.limit / length : rub.stiffness);
+  // Where no way is known yet, what slipped slips on.
+  const bool goes_on = is_dynamic && hold != pair.holds[patch.side].end() && hold->second.slips && dot(rub.slip, rub.slip) == 0;
+  rub.slips = goes_on || rub.stiffness * length > rub.limit;
+  rub.force = scaled<Dim>(rub.pull, !rub.slips ? rub.stiffness : length > 0 ? rub.limit / length : 0);
   return rub;
 }
 
@@ -472,7 +461,7 @@ void BodyContact<Dim>::add_rubbing(const Rub& rubbing, Real weight, Real limit_s
   const std::size_t size = past.size();
   const Real length = length_of<Dim>(rubbing.pull);
   const Vec<Dim> ahead = length > 0 ? scaled<Dim>(rubbing.pull, 1 / length) : Vec<Dim>{};
-  const Real stiffness = weight * (rubbing.slips ? rubbing.limit / length : rubbing.stiffness);
+  const Real stiffness = weight * (!rubbing.slips ? rubbing.stiffness : length > 0 ? rubbing.limit / length : 0);
   for (std::size_t k = 0; k < size; ++k) {
     if (past[k] == 0) continue;
     const std::size_t i = k % Dim;
@@ -525,7 +514,7 @@ Real BodyContact<Dim>::commit(bool is_dynamic) {
       const Vec<Dim> pulled = scaled<Dim>(rubbing.force, 1 / rubbing.stiffness);
       const Real energy = 0.5 * rubbing.stiffness * dot(pulled, pulled);
       taken += dot(rubbing.force, rubbing.slip) - energy;
-      holds[patch.pair][patch.side][id(patch.points[point])] = {pulled, energy};
+      holds[patch.pair][patch.side][id(patch.points[point])] = {pulled, energy, rubbing.slips};
     }
   }
   for (std::size_t p = 0; p < pairs_.size(); ++p) pairs_[p].holds = std::move(holds[p]);

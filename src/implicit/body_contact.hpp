@@ -81,6 +81,7 @@ class BodyContact {
   struct Hold {
     Vec<Dim> pulled{};  ///< Along the surface [m].
     Real energy = 0;    ///< [J]
+    bool slips = false;
   };
   struct Pair {
     std::array<std::size_t, 2> sources;

@@ -118,10 +118,11 @@ ImplicitSolver<Dim>::ImplicitSolver(const Case& problem)
       basis_(make_basis<Dim>(problem)),
       conditions_(problem.boundaries, *basis_),
       space_(*basis_, conditions_, (make_bodies(), sources_), spec_.soft_stiffness, spec_.contact == ImplicitContact::pairs),
-      contacts_(problem.boundaries, space_),
+      contacts_(getenv("MP_SIDES") ? std::vector<BoundarySpec>{} : problem.boundaries, space_),
       contact_(problem, space_),
-      assembly_(space_, contact_, spec_.basis == BasisKind::bspline ? 2 : 1, spec_.basis == BasisKind::bspline || spec_.element_order == 2,
-                spec_.surface_penalty),
+      sides_(problem, space_),
+      assembly_(space_, contact_, sides_, spec_.basis == BasisKind::bspline ? 2 : 1,
+                spec_.basis == BasisKind::bspline || spec_.element_order == 2, spec_.surface_penalty),
       newton_(spec_, space_, assembly_, profile_),
       gravity_(problem.gravity_at(0)) {
   geometry_.lower = problem.grid.lower;
@@ -194,6 +195,7 @@ void ImplicitSolver<Dim>::update_space(Real t) {
   if (reset_) basis_->set_nodes(reset_->positions(sources_));
   space_.update(t);
   contact_.start();
+  sides_.start();
   assembly_.start();
 }
 
@@ -305,8 +307,9 @@ std::optional<std::string> ImplicitSolver<Dim>::try_step(Real t, Real dt) {
   update_space(t);
   StepLoad<Dim> load = make_load(t + dt, dt);
   const std::vector<Vec<Dim>> displacements = conditions_.displacements(t, dt);
+  sides_.start_step(displacements);
   contacts_.start(space_);
-  const bool is_balanced = (!contacts_.is_empty() || contact_.is_near()) && spec_.mode == ImplicitMode::dynamic;
+  const bool is_balanced = (!contacts_.is_empty() || contact_.is_near() || sides_.is_near()) && spec_.mode == ImplicitMode::dynamic;
   const std::optional<StepStart> before = is_balanced ? std::optional<StepStart>(start_of_step()) : std::nullopt;
   std::vector<Real> u;
   std::optional<std::string> failure = settle(t, dt, load, displacements, is_balanced, u);
@@ -344,7 +347,7 @@ std::optional<std::string> ImplicitSolver<Dim>::solve(const StepLoad<Dim>& load,
     }
   }
   const bool is_symmetric =
-      load.friction.empty() && space_.receding_count() == 0 &&
+      load.friction.empty() && space_.receding_count() == 0 && !sides_.is_near() &&
       !(contact_.is_near() && (spec_.mode == ImplicitMode::dynamic || spec_.friction > 0)) &&
       std::none_of(sources_.begin(), sources_.end(), [](const auto& source) { return source.points->material().is_rate_dependent(); });
   const auto failure = newton_.solve(load, std::move(prescribed), is_symmetric ? Symmetry::symmetric : Symmetry::general, u);

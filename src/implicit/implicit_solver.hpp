@@ -14,6 +14,7 @@
 #include "implicit/background_reset.hpp"
 #include "implicit/face_contact.hpp"
 #include "implicit/newton.hpp"
+#include "implicit/side_contact.hpp"
 #include "implicit/step_space.hpp"
 #include "mesh/basis.hpp"
 #include "solver/solver.hpp"
@@ -138,6 +139,7 @@ class ImplicitSolver final : public Solver {
   StepSpace<Dim> space_;
   FaceContacts<Dim> contacts_;  ///< With sides.
   BodyContact<Dim> contact_;    ///< Of bodies with each other.
+  SideContact<Dim> sides_;
   Assembly<Dim> assembly_;
   Profile profile_;
   Newton<Dim> newton_;

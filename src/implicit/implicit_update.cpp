@@ -42,7 +42,8 @@ void ImplicitSolver<Dim>::commit(Real t, Real dt, const StepLoad<Dim>& load, con
   book(dt, load, u, du, reaction);
   book_forces_at_start(dt, load, u, du);
   ledger_.contact_dissipation += contact_.commit(spec_.mode == ImplicitMode::dynamic);
-  ledger_.contact_energy = contact_.energy();
+  sides_.commit(u, spec_.mode == ImplicitMode::dynamic);
+  ledger_.contact_energy = contact_.energy() + sides_.energy();
   commit_law(dt, A);
   const bool is_dynamic = spec_.mode == ImplicitMode::dynamic;
   space_.for_each_point([&](std::size_t source, std::size_t p, std::size_t k) {
@@ -173,6 +174,18 @@ Vec3 ImplicitSolver<Dim>::hold(const StepLoad<Dim>& load, const std::vector<Real
     }
     boundary.totals.force = sums[b];
   }
+  for (const auto& action : sides_.actions(u, spec_.mode == ImplicitMode::dynamic)) {
+    HeldBoundary& boundary = boundaries_[static_cast<std::size_t>(action.condition)];
+    boundary.totals.work += action.work;
+    ledger_.boundary_work += action.work;
+    ledger_.contact_dissipation += action.slip_work;
+    boundary.totals.force = {};
+    for (std::size_t d = 0; d < Dim; ++d) {
+      reaction[d] += action.end[d];
+      boundary.totals.force[d] = action.end[d];
+      if (spec_.mode == ImplicitMode::dynamic) boundary.totals.impulse[d] += dt * action.mean[d];
+    }
+  }
   return reaction;
 }
 
@@ -223,7 +236,8 @@ void ImplicitSolver<Dim>::book_forces_at_start(Real dt, const StepLoad<Dim>& loa
   const auto work = assembly_.stress_work(u, dt);
   ledger_.receding_work += 0.5 * (work.correction_start + work.correction_end);
   if (spec_.mode != ImplicitMode::dynamic) return;
-  Real unbalanced = 0.5 * work.start + contact_.work_at_start() + soft_work_.start() - work_at_start_ - traction_work_.start();
+  Real unbalanced =
+      0.5 * work.start + contact_.work_at_start() + sides_.work_at_start(u) + soft_work_.start() - work_at_start_ - traction_work_.start();
   space_.for_each_point([&](std::size_t source, std::size_t p, std::size_t k) {
     const PointBody<Dim>& body = *sources_[source].points;
     const Real ratio = sources_[source].fem != nullptr ? sources_[source].fem->weight_ratio() : 1;
