@@ -320,7 +320,8 @@ void Assembly<Dim>::assemble(const std::vector<Real>& u, const StepLoad<Dim>& lo
   const auto work = Kernels::choose(space_.functions());
   const std::size_t cell_count = space_.cells().size();
   residual.assign(space_.nodes().size() * Dim, 0);
-  if (contact_.move(u)) make_pattern();
+  contact_.move(u);
+  if (contact_pattern_ != contact_.pattern()) make_pattern();
   if (with_matrix) {
     std::fill_n(matrix_.valuePtr(), matrix_.nonZeros(), 0);
     lift->force = Vector::Zero(space_.unknown_count());
@@ -596,7 +597,8 @@ template <int Dim>
 std::string Assembly<Dim>::find_fault(const std::vector<Real>& u) {
   const Inversion inversion = find_inversion(u);
   if (inversion.is_found()) return describe(inversion);
-  if (contact_.move(u)) make_pattern();
+  contact_.move(u);
+  if (contact_pattern_ != contact_.pattern()) make_pattern();
   const std::string overlap = sides_.find_overlap(u);
   return overlap.empty() ? contact_.find_overlap() : overlap;
 }

@@ -123,8 +123,8 @@ void BodyContact<Dim>::lay() {
 }
 
 template <int Dim>
-bool BodyContact<Dim>::move(const std::vector<Real>& u) {
-  if (!has_pairs()) return false;
+void BodyContact<Dim>::move(const std::vector<Real>& u) {
+  if (!has_pairs()) return;
   const int functions = space_.functions();
   parallel_for(static_cast<Index>(space_.cells().size()), static_cast<Index>(x_.size()), [&](Index cell) {
     const auto c = static_cast<std::size_t>(cell);
@@ -142,12 +142,12 @@ bool BodyContact<Dim>::move(const std::vector<Real>& u) {
   const Real free_way = 0.5 * k_margin * range;
   bool is_far = false;
   for (std::size_t k = 0; k < x_.size(); ++k) is_far = is_far || distance_squared<Dim>(x_[k], searched_at_[k]) > free_way * free_way;
-  return is_far && search();
+  if (is_far) search();
 }
 
-/// Whether there are other patches than before. Candidates are near at the start of the step or now.
+/// Candidates are near at the start of the step or now.
 template <int Dim>
-bool BodyContact<Dim>::search() {
+void BodyContact<Dim>::search() {
   std::vector<ContactPatch<Dim>> old = std::move(patches_);
   patches_.clear();
   searched_at_ = x_;
@@ -163,10 +163,9 @@ bool BodyContact<Dim>::search() {
   const auto is_same = [](const ContactPatch<Dim>& a, const ContactPatch<Dim>& b) { return a.nodes == b.nodes; };
   if (!std::equal(old.begin(), old.end(), patches_.begin(), patches_.end(), is_same)) {
     ++pattern_;
-    return true;
+    return;
   }
   for (std::size_t k = 0; k < old.size(); ++k) patches_[k].row_offset = std::move(old[k].row_offset);
-  return false;
 }
 
 template <int Dim>
@@ -351,12 +350,18 @@ typename BodyContact<Dim>::Rub BodyContact<Dim>::rub(const ContactPatch<Dim>& pa
   if (hold != pair.holds[patch.side].end()) {
     const Vec<Dim> pulled = turned<Dim>(hold->second.pulled, rub.normal);
     for (std::size_t d = 0; d < Dim; ++d) rub.pull[d] += pulled[d];
-    rub.old_force = scaled<Dim>(pulled, rub.stiffness);
+    // What slips has no friction at the start of the step, but what it has in the mean: a spring that has given way has no force of its
+    // own.
+    if (!is_dynamic || !hold->second.slips) rub.old_force = scaled<Dim>(pulled, rub.stiffness);
   }
-  rub.limit = friction_ * V * pair.stiffness * rub.reach * pressing(meeting.g0, meeting.g1, is_dynamic).value;
+  Real pressed = pressing(meeting.g0, meeting.g1, is_dynamic).value;
+  const auto shift = pair.shifts[patch.side].find(id(patch.points[point]));
+  if (is_dynamic && shift != pair.shifts[patch.side].end()) pressed = std::max(Real{0}, pressed + 0.5 * shift->second);
+  rub.limit = friction_ * V * pair.stiffness * rub.reach * pressed;
   const Real length = length_of<Dim>(rub.pull);
   // Where no way is known yet, what slipped slips on.
   const bool goes_on = is_dynamic && hold != pair.holds[patch.side].end() && hold->second.slips && dot(rub.slip, rub.slip) == 0;
+  if (goes_on) rub.limit = 0;
   rub.slips = goes_on || rub.stiffness * length > rub.limit;
   rub.force = scaled<Dim>(rub.pull, !rub.slips ? rub.stiffness : length > 0 ? rub.limit / length : 0);
   return rub;
@@ -471,8 +476,27 @@ void BodyContact<Dim>::add_rubbing(const Rub& rubbing, Real weight, Real limit_s
       if (rubbing.slips) row[j] -= ahead[i] * ahead[j];
       row[j] *= stiffness * past[k];
     }
-    const Real by_pressure = rubbing.slips ? limit_slope * past[k] * ahead[i] : 0;
+    const Real by_pressure = rubbing.slips && rubbing.limit > 0 ? limit_slope * past[k] * ahead[i] : 0;
     for (std::size_t j = 0; j < size; ++j) K[k * size + j] += row[j % Dim] * past[j] + by_pressure * now[j];
+  }
+}
+
+template <int Dim>
+void BodyContact<Dim>::balance(const std::vector<Real>& way) {
+  for (Pair& pair : pairs_) pair.shifts = {};
+  if (friction_ == 0 || !is_near() || way.empty()) return;
+  move(way);
+  for (const ContactPatch<Dim>& patch : patches_) {
+    Pair& pair = pairs_[patch.pair];
+    for (std::size_t point = 0; point < patch.points.size(); ++point) {
+      const Meeting meeting = meet(patch, point);
+      if (meeting.g0 <= 0) continue;
+      Real change = 0;
+      for (const Near& near : meeting.near) {
+        if (near.q0 > 0) change -= volume(near.q) * pair.kernel.slope(near.q0) * dot(near.r0, minus<Dim>(near.r1, near.r0));
+      }
+      pair.shifts[patch.side][id(patch.points[point])] = change;
+    }
   }
 }
 

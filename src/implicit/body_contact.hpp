@@ -53,9 +53,12 @@ class BodyContact {
 
   /// To be called when the space has been updated: the places at the start of the step, and what is near.
   void start();
-  /// Takes displacements by active node and component [m]. Whether particles have gone farther than was looked for, so that there are other
-  /// patches now.
-  bool move(const std::vector<Real>& u);
+  /// Takes displacements by active node and component [m]; where particles have gone farther than was looked for, there are other
+  /// patches then.
+  void move(const std::vector<Real>& u);
+  /// Where the accelerations at the start of the step balance the forces to first order in displacements `way` (ImplicitSolver::balance):
+  /// the normal forces that they hold are those after it. Empty: those of the places.
+  void balance(const std::vector<Real>& way);
   std::vector<ContactPatch<Dim>>& patches() { return patches_; }
 
   /// Whether a particle has run so deep into another body, or moved so far past it, that what pushes it back is no longer what it should
@@ -90,6 +93,7 @@ class BodyContact {
     std::array<Real, 2> rows;                       ///< Spacing of the other body's particles, by side [m].
     std::array<std::map<Index, Real>, 2> at_touch;  ///< c0 of particles that were laid on each other, by id [1].
     std::array<std::map<Index, Hold>, 2> holds;     ///< By id.
+    std::array<std::map<Index, Real>, 2> shifts;    ///< Of <g> at the start of the step, by id [1].
   };
   /// A neighbour in a step.
   struct Near {
@@ -127,7 +131,7 @@ class BodyContact {
   void add_rubbing(const Rub& rubbing, Real weight, Real limit_slope, const std::vector<Real>& past, const std::vector<Real>& now,
                    Real* K) const;
   using Found = std::array<Index, 3>;  ///< A particle, another one, and the image of it.
-  bool search();
+  void search();
   void search(const Pair& pair, const std::vector<Vec<Dim>>& positions, std::vector<Found>& found) const;
   void make_patches(std::vector<Found> found, std::size_t pair, std::size_t side);
   void lay();
