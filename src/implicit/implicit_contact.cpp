@@ -49,6 +49,7 @@ template <int Dim>
 void ImplicitSolver<Dim>::restore(const StepStart& start) {
   contacts_ = start.contacts;
   contact_.balance({});
+  sides_.balance({});
   boundaries_ = start.boundaries;
   soft_work_ = start.soft_work;
   gravity_force_ = start.gravity_force;
@@ -65,6 +66,7 @@ void ImplicitSolver<Dim>::balance(Real t, Real dt, const std::vector<Vec<Dim>>& 
   // of the energy, from 0.1 on nothing is gained, and 0.25 loses half as much again.
   constexpr Real k_share = 0.1;
   contact_.balance({});
+  sides_.balance({});
   StepLoad<Dim> load = make_load(t, dt);
   const Real factor = 1 / (k_share * k_share * dt * dt);
   load.inertia = {factor, 0, 0};
@@ -124,6 +126,7 @@ void ImplicitSolver<Dim>::balance(Real t, Real dt, const std::vector<Vec<Dim>>& 
     for (std::size_t k = 0; k < held[b].size(); ++k) boundaries_[b].totals.force[k % Dim] += held[b][k];
   }
   contact_.balance(way);
+  sides_.balance(way);
   soft_work_.start_with(space_, zero);  // it acts on the displacements of a step, and at its start there are none
   for (std::size_t d = 0; d < Dim; ++d) reaction_[d] = total[d] - gravity_force_[d] - body_force_force_[d];
 }

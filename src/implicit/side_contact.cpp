@@ -31,6 +31,7 @@ SideContact<Dim>::SideContact(const Case& problem, const StepSpace<Dim>& space) 
                       side.is_upper ? problem.grid.upper[axis] : problem.grid.lower[axis],
                       static_cast<int>(c),
                       friction,
+                      {},
                       {}});
     sides_.back().holds.resize(space.sources().size());
   }
@@ -43,6 +44,7 @@ SideContact<Dim>::SideContact(const Case& problem, const StepSpace<Dim>& space) 
 
 template <int Dim>
 void SideContact<Dim>::start() {
+  for (Side& side : sides_) side.shifts.clear();
   is_near_ = false;
   if (is_empty()) return;
   near_.assign(space_.cells().size(), {});
@@ -93,13 +95,16 @@ typename SideContact<Dim>::Touch SideContact<Dim>::touch(const Side& side, std::
   if (hold != side.holds[source].end()) {
     for (std::size_t d = 0; d < Dim; ++d) {
       touch.pull[d] += hold->second.pulled[d];
-      touch.old_force[d] = touch.stiffness * hold->second.pulled[d];
+      if (!is_dynamic || !hold->second.slips) touch.old_force[d] = touch.stiffness * hold->second.pulled[d];
     }
   }
-  touch.limit = std::isinf(side.friction) ? (touch.pressed > 0 ? side.friction : 0) : side.friction * touch.stiffness * touch.pressed;
+  const Real shift = is_dynamic && !side.shifts.empty() ? side.shifts[static_cast<std::size_t>(k)] : 0;
+  const Real normal = std::max(Real{0}, touch.pressed + 0.5 * shift);
+  touch.limit = std::isinf(side.friction) ? (touch.pressed > 0 ? side.friction : 0) : side.friction * touch.stiffness * normal;
   const Real length = std::sqrt(dot(touch.pull, touch.pull));
   // Where no way is known yet, what slipped slips on.
   const bool goes_on = is_dynamic && hold != side.holds[source].end() && hold->second.slips && dot(touch.slip, touch.slip) == 0;
+  if (goes_on) touch.limit = 0;
   touch.slips = goes_on || touch.stiffness * length > touch.limit;
   for (std::size_t d = 0; d < Dim; ++d)
     touch.force[d] = touch.pull[d] * (!touch.slips ? touch.stiffness : length > 0 ? touch.limit / length : 0);
@@ -136,7 +141,7 @@ void SideContact<Dim>::work(std::size_t cell, const std::vector<Real>& u, bool i
           for (std::size_t j = 0; j < Dim; ++j) {
             if (j != side.axis) h[i][j] += stiffness * ((i == j ? 1 : 0) - (one.slips && length > 0 ? ahead * one.pull[j] / length : 0));
           }
-          if (one.slips && dot(one.slip, one.slip) > 0 && !std::isinf(side.friction))
+          if (one.slips && one.limit > 0 && !std::isinf(side.friction))
             h[i][side.axis] -= weight * side.friction * one.stiffness * one.slope * side.inward * ahead;
         }
       }
@@ -164,6 +169,18 @@ void SideContact<Dim>::for_each_touch(const std::vector<Real>& u, bool is_dynami
       }
     }
   }
+}
+
+template <int Dim>
+void SideContact<Dim>::balance(const std::vector<Real>& way) {
+  for (Side& side : sides_) side.shifts.clear();
+  if (!is_near_ || way.empty()) return;
+  std::vector<std::vector<Real>> shifts(sides_.size(), std::vector<Real>(space_.particles().size(), 0));
+  for_each_touch(std::vector<Real>(way.size(), 0), true, [&](std::size_t s, std::size_t cell, Index k, const Touch& one, const Vec<Dim>&) {
+    // The mean over a step that is nothing has half the slope.
+    shifts[s][static_cast<std::size_t>(k)] = -2 * one.slope * sides_[s].inward * displacement(cell, k, way)[sides_[s].axis];
+  });
+  for (std::size_t s = 0; s < sides_.size(); ++s) sides_[s].shifts = std::move(shifts[s]);
 }
 
 template <int Dim>

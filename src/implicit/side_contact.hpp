@@ -32,6 +32,9 @@ class SideContact {
   /// At the start of a step, with the displacements of the conditions in it [m].
   void start_step(const std::vector<Vec<Dim>>& displacements) { displacements_ = displacements; }
 
+  /// As BodyContact's.
+  void balance(const std::vector<Real>& way);
+
   /// Adds the forces on the particles of a cell to its residual, by its functions and components, and to its matrix if there is one; with
   /// the cell's displacements [m].
   void work(std::size_t cell, const std::vector<Real>& u, bool is_dynamic, Real* residual, Real* K) const;
@@ -66,6 +69,7 @@ class SideContact {
     Real place;   ///< Along the axis [m].
     int condition;
     Real friction;                             ///< Infinite where what presses sticks.
+    std::vector<Real> shifts;                  ///< Of the pressing at the start of the step, by place among the space's particles [m].
     std::vector<std::map<Index, Hold>> holds;  ///< By source and id.
   };
   /// A particle at a side in a step.
