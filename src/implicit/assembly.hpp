@@ -93,6 +93,8 @@ class Assembly {
     assemble(u, load, out, &lift);
   }
   const SparseMatrix& matrix() const { return matrix_; }
+  /// Whether contact, which begins and ends abruptly, may have a part in this step.
+  bool may_touch() const { return contact_.is_near() || sides_.is_near(); }
   /// Changes when the matrix's places do: in start(), and where particles of bodies in contact go far in a step.
   Index pattern() const { return pattern_; }
 

@@ -165,7 +165,8 @@ typename Newton<Dim>::Outcome Newton<Dim>::take_increment(Search& search, std::s
       Stage stage(profile_, "assembly");
       assembly_.residual_and_matrix(search.trial, search.load, search.residual, search.lift);
       const Real after = unknown_norm(search.residual);
-      const bool may_rise = spec_.halving == StepHalving::inversion || !search.has_all() || after <= k_rounding * search.force_scale;
+      const bool is_free = spec_.halving == StepHalving::inversion && !assembly_.may_touch();
+      const bool may_rise = is_free || !search.has_all() || after <= k_rounding * search.force_scale;
       if (may_rise || is_last || after < search.norm) break;
       report_.increments.pop_back();
     }
