@@ -77,6 +77,8 @@ void check_boundary(BoundarySpec& boundary, const Input& input, const ReadContex
     if (is_friction && !is_given(input, "friction"))
       fail_input(at_key(input, "contact"), context, "contact = \"friction\" needs friction, Coulomb's coefficient");
   }
+  if (boundary.contact == FaceContact::stick && is_given(input, "contact_by"))
+    fail_input(at_key(input, "contact_by"), context, "contact_by is for contact = \"no_tension\" or \"friction\"");
   if (boundary.contact != FaceContact::friction && is_given(input, "friction"))
     fail_input(at_key(input, "friction"), context, "friction is for contact = \"friction\" only");
   if (boundary.kind == BoundaryKind::velocity) {
@@ -185,6 +187,20 @@ void BoundarySpec::declare(ParameterTable<BoundarySpec>& table) {
       [](const BoundarySpec& boundary, int) -> std::optional<Input> {
         if (boundary.contact != FaceContact::friction) return std::nullopt;
         return Input::real(boundary.friction);
+      });
+  table.custom(
+      {"contact_by", "1", "string", "particles; nodes with friction", "\"nodes\" or \"particles\"",
+       "What of a body touches a side with contact in the implicit solver: nodes of B-splines, up to a cell before the side, or the "
+       "surfaces of its particles.",
+       false},
+      [](BoundarySpec& boundary, const Input& input, const ReadContext& context) {
+        const std::string given = input.kind() == Input::Kind::string ? input.as_string() : "";
+        check_words({given}, "contact_by", {"nodes", "particles"}, input, context);
+        boundary.contact_by = given == "nodes" ? ContactBy::nodes : ContactBy::particles;
+      },
+      [](const BoundarySpec& boundary, int) -> std::optional<Input> {
+        if (!boundary.contact_by) return std::nullopt;
+        return Input::string(*boundary.contact_by == ContactBy::nodes ? "nodes" : "particles");
       });
   const auto unless_empty = [](const auto& values, int dim) -> std::optional<Input> {
     if (values.empty()) return std::nullopt;

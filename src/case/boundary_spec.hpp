@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include "core/parameters.hpp"
 #include "geometry/region.hpp"
@@ -19,6 +20,8 @@ struct VelocityHistory {
 /// How a rigid face holds what touches it: for good; only as long as it presses; or as long as it presses, and along the face no harder
 /// than Coulomb's law allows.
 enum class FaceContact { stick, no_tension, friction };
+/// Of a side in the implicit solver: what touches it, nodes that reach the body or the particles' surfaces.
+enum class ContactBy { nodes, particles };
 
 /// A condition on the grid's nodes: on one side of the grid, or in a region.
 struct BoundarySpec {
@@ -36,6 +39,12 @@ struct BoundarySpec {
   Real receding_correction = 0;  ///< C_c [1]
   FaceContact contact = FaceContact::stick;
   Real friction = 0;  ///< Coulomb's coefficient of contact = "friction" [1].
+  std::optional<ContactBy> contact_by;
+  /// Where none is given: particles, for they touch at the right place; but nodes with friction, which calm what rubs.
+  bool touches_by_particles() const {
+    return contact != FaceContact::stick &&
+           contact_by.value_or(contact == FaceContact::friction ? ContactBy::nodes : ContactBy::particles) == ContactBy::particles;
+  }
   std::string place;
   static void declare(ParameterTable<BoundarySpec>& table);
 };

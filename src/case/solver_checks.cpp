@@ -127,6 +127,7 @@ void check_for_explicit(const Case& problem, const Input& input) {
     const std::string where = fmt::format("boundary {}", b + 1);
     if (boundary.kind == BoundaryKind::traction) fail_case(place, where, "kind = \"traction\" is for solver.type = \"implicit\" only");
     if (boundary.receding_correction > 0) fail_case(place, where, "receding_correction is for solver.type = \"implicit\" only");
+    if (boundary.contact_by) fail_case(place, where, "contact_by is for solver.type = \"implicit\" only");
     if (boundary.is_attached) fail_case(place, where, "attached is for solver.type = \"implicit\" only");
     const bool has_total =
         std::any_of(problem.bodies.begin(), problem.bodies.end(), [](const auto& body) { return body.formulation == Formulation::total; });
@@ -178,12 +179,26 @@ void check_implicit_boundaries(const Case& problem) {
     if (boundary.receding_correction > 0 && !is_element) {
       fail_case(place, where, "receding_correction is for basis = \"element\" only; B-splines have contact = \"no_tension\"");
     }
-    if (boundary.contact != FaceContact::stick && boundary.kind == BoundaryKind::slip)
-      fail_case(place, where, "the implicit solver has contact for kind = \"fixed\" or \"velocity\"");
-    if (boundary.contact != FaceContact::stick && is_element) {
-      fail_case(place, where,
-                "contact goes by the signs of reactions at nodes, which mean nothing on elements; use basis = \"bspline\", or "
-                "receding_correction");
+    const bool by_nodes = boundary.contact != FaceContact::stick && !boundary.touches_by_particles();
+    if (by_nodes && boundary.kind == BoundaryKind::slip)
+      fail_case(place, where, "contact_by = \"nodes\" is for kind = \"fixed\" or \"velocity\"; use \"particles\"");
+    if (boundary.touches_by_particles()) {
+      if (is_inclined(problem.grid, boundary.side)) {
+        fail_case(place, where, fmt::format("contact is for sides along an axis, but grid.corners inclines side = \"{}\"", boundary.side));
+      }
+      for (const BodySpec& body : problem.bodies) {
+        if (body.method == BodyMethod::particles) continue;
+        fail_case(place, where,
+                  fmt::format("contact of particles with a side is for bodies of particles, and body \"{}\" has method = \"elements\"; use "
+                              "receding_correction",
+                              body.name));
+      }
+    }
+    if (by_nodes && is_element) {
+      fail_case(
+          place, where,
+          "contact_by = \"nodes\" goes by the signs of reactions at nodes, which mean nothing on elements; use \"particles\", basis = "
+          "\"bspline\", or receding_correction");
     }
     if (boundary.contact != FaceContact::stick && problem.implicit.mode == ImplicitMode::quasi_static) {
       fail_case(place, where, "contact is for mode = \"dynamic\" only: a body that is let go is held by its inertia");

@@ -337,7 +337,6 @@ void Assembly<Dim>::assemble(const std::vector<Real>& u, const StepLoad<Dim>& lo
       Real* const cell_matrix = with_matrix ? cell_matrices_.data() + s * width() * width() : nullptr;
       if (patches_.holds(first + s)) return;
       work(*this, first + s, u, load, cell_residual, cell_matrix);
-      sides_.work(first + s, u, load.inertia.u > 0, cell_residual, cell_matrix);
       if (!load.friction.empty())
         add_friction(space_.cell_nodes(first + s), static_cast<std::size_t>(space_.functions()), u, load, cell_residual, cell_matrix);
     });
@@ -354,6 +353,7 @@ void Assembly<Dim>::assemble(const std::vector<Real>& u, const StepLoad<Dim>& lo
   }
   if (!patches_.is_empty()) assemble_patches(u, load, residual, lift);
   assemble_faces(u, load, residual, lift);
+  assemble_sides(u, load, residual, lift);
   assemble_contact(u, load, residual, lift);
   for (std::size_t k = 0; k < load.nodal_force.size(); ++k) residual[k] -= load.nodal_force[k];
 }
@@ -380,6 +380,23 @@ void Assembly<Dim>::assemble_contact(const std::vector<Real>& u, const StepLoad<
       for (std::size_t i = 0; i < nodes.size() * Dim; ++i) residual[static_cast<std::size_t>(nodes[i / Dim]) * Dim + i % Dim] += r[k][i];
       if (lift != nullptr) scatter(nodes.data(), nodes.size(), patches[first + k].row_offset.data(), K[k].data(), *lift);
     }
+  }
+}
+
+template <int Dim>
+void Assembly<Dim>::assemble_sides(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift) {
+  const auto functions = static_cast<std::size_t>(space_.functions());
+  std::vector<Real> r(width()), K(lift != nullptr ? width() * width() : 0);
+  for (std::size_t c = 0; c < space_.cells().size(); ++c) {
+    if (!sides_.is_near(c)) continue;
+    const int* const nodes = space_.cell_nodes(c);
+    std::fill(r.begin(), r.end(), 0);
+    std::fill(K.begin(), K.end(), 0);
+    Real* const matrix = lift != nullptr ? K.data() : nullptr;
+    sides_.work(c, u, load.inertia.u > 0, r.data(), matrix);
+    if (!load.friction.empty()) add_friction(nodes, functions, u, load, r.data(), matrix);
+    for (std::size_t k = 0; k < width(); ++k) residual[static_cast<std::size_t>(nodes[k / Dim]) * Dim + k % Dim] += r[k];
+    if (lift != nullptr) scatter(nodes, functions, row_offset_.data() + c * functions * functions, matrix, *lift);
   }
 }
 

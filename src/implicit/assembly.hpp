@@ -125,6 +125,7 @@ class Assembly {
   void assemble(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift);
   void make_pattern();
   void make_soft_stiffness();
+  void assemble_sides(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift);
   void assemble_contact(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift);
   void assemble_faces(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift);
   /// The matrix of some nodes into the sparse one; `offsets` by pair (I, K): place of I's rows in the columns of K.

@@ -53,7 +53,7 @@ template <int Dim>
 FaceContacts<Dim>::FaceContacts(const std::vector<BoundarySpec>& specs, const StepSpace<Dim>& space) : conditions_(&space.conditions()) {
   const std::vector<std::string> sides = side_names_of<Dim>();
   for (std::size_t c = 0; c < specs.size(); ++c) {
-    if (specs[c].contact == FaceContact::stick) continue;
+    if (specs[c].contact == FaceContact::stick || specs[c].touches_by_particles()) continue;
     const bool can_slip = specs[c].contact == FaceContact::friction;
     const auto side = static_cast<std::size_t>(std::find(sides.begin(), sides.end(), specs[c].side) - sides.begin());
     for (const Index node : space.basis().side_nodes(specs[c].side)) {

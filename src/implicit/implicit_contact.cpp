@@ -127,6 +127,8 @@ void ImplicitSolver<Dim>::balance(Real t, Real dt, const std::vector<Vec<Dim>>& 
   }
   contact_.balance(way);
   sides_.balance(way);
+  for (const auto& action : sides_.actions(zero, true))
+    std::copy(action.start.begin(), action.start.end(), boundaries_[static_cast<std::size_t>(action.condition)].totals.force.begin());
   soft_work_.start_with(space_, zero);  // it acts on the displacements of a step, and at its start there are none
   for (std::size_t d = 0; d < Dim; ++d) reaction_[d] = total[d] - gravity_force_[d] - body_force_force_[d];
 }

@@ -118,7 +118,7 @@ ImplicitSolver<Dim>::ImplicitSolver(const Case& problem)
       basis_(make_basis<Dim>(problem)),
       conditions_(problem.boundaries, *basis_),
       space_(*basis_, conditions_, (make_bodies(), sources_), spec_.soft_stiffness, spec_.contact == ImplicitContact::pairs),
-      contacts_(getenv("MP_SIDES") ? std::vector<BoundarySpec>{} : problem.boundaries, space_),
+      contacts_(problem.boundaries, space_),
       contact_(problem, space_),
       sides_(problem, space_),
       assembly_(space_, contact_, sides_, spec_.basis == BasisKind::bspline ? 2 : 1,
@@ -347,7 +347,7 @@ std::optional<std::string> ImplicitSolver<Dim>::solve(const StepLoad<Dim>& load,
     }
   }
   const bool is_symmetric =
-      load.friction.empty() && space_.receding_count() == 0 && !sides_.is_near() &&
+      load.friction.empty() && space_.receding_count() == 0 && !(sides_.is_near() && sides_.has_friction()) &&
       !(contact_.is_near() && (spec_.mode == ImplicitMode::dynamic || spec_.friction > 0)) &&
       std::none_of(sources_.begin(), sources_.end(), [](const auto& source) { return source.points->material().is_rate_dependent(); });
   const auto failure = newton_.solve(load, std::move(prescribed), is_symmetric ? Symmetry::symmetric : Symmetry::general, u);

@@ -179,11 +179,10 @@ Vec3 ImplicitSolver<Dim>::hold(const StepLoad<Dim>& load, const std::vector<Real
     boundary.totals.work += action.work;
     ledger_.boundary_work += action.work;
     ledger_.contact_dissipation += action.slip_work;
-    boundary.totals.force = {};
     for (std::size_t d = 0; d < Dim; ++d) {
       reaction[d] += action.end[d];
       boundary.totals.force[d] = action.end[d];
-      if (spec_.mode == ImplicitMode::dynamic) boundary.totals.impulse[d] += dt * action.mean[d];
+      if (spec_.mode == ImplicitMode::dynamic) boundary.totals.impulse[d] += dt * spec_.gamma * action.end[d];
     }
   }
   return reaction;

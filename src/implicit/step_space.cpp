@@ -37,7 +37,7 @@ NodeConditions<Dim>::NodeConditions(const std::vector<BoundarySpec>& specs, cons
   for (std::size_t c = 0; c < specs_.size(); ++c) {
     const BoundarySpec& spec = specs_[c];
     if (spec.kind == BoundaryKind::traction) continue;
-    if (getenv("MP_SIDES") && spec.contact != FaceContact::stick) continue;
+    if (spec.touches_by_particles()) continue;
     std::vector<Index> nodes;
     int axis = -1;
     if (spec.region) {
