@@ -69,8 +69,17 @@ BodyContact<Dim>::BodyContact(const Case& problem, const StepSpace<Dim>& space) 
   for (std::size_t a = 0; a < count; ++a) {
     for (std::size_t b = a + 1; b < count; ++b) {
       const PairKernel<Dim> kernel(k_pair_range * std::max(spacing[a], spacing[b]));
-      pairs_.push_back(
-          {{a, b}, kernel, problem.implicit.contact_stiffness * std::min(modulus[a], modulus[b]), {spacing[b], spacing[a]}, {}, {}});
+      Pair pair{{a, b}, kernel, problem.implicit.contact_stiffness * std::min(modulus[a], modulus[b]), {}, {}, {}};
+      for (std::size_t side : {0, 1}) {
+        Real last = 0;  // most bodies have particles of one volume
+        for (const Real volume : space.sources()[pair.sources[side]].points->volume0) {
+          const Real half = 0.5 * std::pow(volume, Real{1} / Dim);
+          std::vector<Real>& all = pair.at_touch[side];
+          all.push_back(volume == last ? all.back() : kernel.beyond_surface(half, spacing[pair.sources[1 - side]]));
+          last = volume;
+        }
+      }
+      pairs_.push_back(std::move(pair));
     }
   }
 }
@@ -117,7 +126,8 @@ void BodyContact<Dim>::lay() {
   for (const ContactPatch<Dim>& patch : patches_) {
     for (std::size_t i = 0; i < patch.points.size(); ++i) {
       const Meeting meeting = meet(patch, i);
-      if (meeting.g0 > 0 && meeting.g0 < k_seen) pairs_[patch.pair].at_touch[patch.side][id(patch.points[i])] = meeting.c0;
+      if (meeting.g0 > 0 && meeting.g0 < k_seen)
+        pairs_[patch.pair].at_touch[patch.side][static_cast<std::size_t>(id(patch.points[i]))] = meeting.c0;
     }
   }
 }
@@ -279,13 +289,6 @@ std::string BodyContact<Dim>::find_overlap() const {
 }
 
 template <int Dim>
-Real BodyContact<Dim>::at_touch(const Pair& pair, std::size_t side, Index k) const {
-  const auto found = pair.at_touch[side].find(id(k));
-  if (found != pair.at_touch[side].end()) return found->second;
-  return pair.kernel.beyond_surface(0.5 * std::pow(volume(k), Real{1} / Dim), pair.rows[side]);
-}
-
-template <int Dim>
 typename BodyContact<Dim>::Meeting BodyContact<Dim>::meet(const ContactPatch<Dim>& patch, std::size_t point) const {
   Meeting meeting;
   const Pair& pair = pairs_[patch.pair];
@@ -311,7 +314,7 @@ typename BodyContact<Dim>::Meeting BodyContact<Dim>::meet(const ContactPatch<Dim
     meeting.near.push_back(near);
   }
   if (meeting.near.empty()) return meeting;
-  const Real touch = at_touch(pair, patch.side, patch.points[point]);
+  const Real touch = pair.at_touch[patch.side][static_cast<std::size_t>(id(patch.points[point]))];
   meeting.g0 = meeting.c0 - touch;
   meeting.g1 = c1 - touch;
   return meeting;

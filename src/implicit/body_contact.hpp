@@ -89,11 +89,10 @@ class BodyContact {
   struct Pair {
     std::array<std::size_t, 2> sources;
     PairKernel<Dim> kernel;
-    Real stiffness;                                 ///< K [Pa]
-    std::array<Real, 2> rows;                       ///< Spacing of the other body's particles, by side [m].
-    std::array<std::map<Index, Real>, 2> at_touch;  ///< c0 of particles that were laid on each other, by id [1].
-    std::array<std::map<Index, Hold>, 2> holds;     ///< By id.
-    std::array<std::map<Index, Real>, 2> shifts;    ///< Of <g> at the start of the step, by id [1].
+    Real stiffness;                               ///< K [Pa]
+    std::array<std::vector<Real>, 2> at_touch;    ///< c0 of each particle, by id [1].
+    std::array<std::map<Index, Hold>, 2> holds;   ///< By id.
+    std::array<std::map<Index, Real>, 2> shifts;  ///< Of <g> at the start of the step, by id [1].
   };
   /// A neighbour in a step.
   struct Near {
@@ -123,7 +122,6 @@ class BodyContact {
     Real limit = 0;        ///< mu N [N]
     bool slips = false;
   };
-  Real at_touch(const Pair& pair, std::size_t side, Index k) const;
   Meeting meet(const ContactPatch<Dim>& patch, std::size_t point) const;
   Rub rub(const ContactPatch<Dim>& patch, std::size_t point, const Meeting& meeting, bool is_dynamic) const;
   struct Arm;

@@ -135,8 +135,7 @@ ImplicitSolver<Dim>::ImplicitSolver(const Case& problem)
   if (!fem_bodies_.empty()) reset_ = std::make_unique<BackgroundReset<Dim>>(*basis_, conditions_, space_);
   escaped_rows_.resize(sources_.size());
   space_.update(0);
-  contact_.start();
-  ledger_.contact_energy = contact_.energy();
+  measure_contact();
   if (spec_.mode == ImplicitMode::quasi_static) check_support();
 }
 
@@ -264,9 +263,9 @@ void ImplicitSolver<Dim>::check_support() const {
       if (parts[static_cast<std::size_t>(space_.cell_nodes(c)[0])] == part) body = space_.source_of(c);
     }
     throw InputError(
-        "{}: nothing holds the body, it is free to {}, so mode = \"static\" has no solution; add a [[boundary]] on a side that the "
+        "{}: nothing holds the body, it is free to {}{}, so mode = \"static\" has no solution; add a [[boundary]] on a side that the "
         "body touches, or use mode = \"dynamic\"",
-        place_of(case_.bodies[body]), motion);
+        place_of(case_.bodies[body]), motion, contact_.has_pairs() ? " (contact, which may end, does not hold)" : "");
   }
 }
 

@@ -308,11 +308,13 @@ void ImplicitSolver<Dim>::remove_escaped() {
 
 template <int Dim>
 void ImplicitSolver<Dim>::measure_contact() {
-  if (!contact_.has_pairs()) return;
+  if (!contact_.has_pairs() && sides_.is_empty()) return;
   space_.update(time_);
   contact_.start();
   contact_.measure_energy();
-  ledger_.contact_energy = contact_.energy();
+  sides_.start();
+  sides_.measure_energy(std::vector<Real>(space_.nodes().size() * Dim, 0));
+  ledger_.contact_energy = contact_.energy() + sides_.energy();
 }
 
 template <int Dim>

@@ -12,6 +12,10 @@ namespace {
 
 // K in moduli of the body.
 constexpr Real k_stiffness = 10;
+// Of d_p: almost through, where the potential is endless.
+constexpr Real k_through = 0.99;
+// The same: as good as on the side.
+constexpr Real k_least = 1e-6;
 
 }  // namespace
 
@@ -29,6 +33,7 @@ SideContact<Dim>::SideContact(const Case& problem, const StepSpace<Dim>& space) 
     if (spec.kind != BoundaryKind::slip)
       side.friction = spec.contact == FaceContact::friction ? spec.friction : std::numeric_limits<Real>::infinity();
     side.holds.resize(space.sources().size());
+    side.laid.resize(space.sources().size());
     sides_.push_back(std::move(side));
   }
   for (const PointSource<Dim>& source : space.sources()) {
@@ -37,6 +42,7 @@ SideContact<Dim>::SideContact(const Case& problem, const StepSpace<Dim>& space) 
     modulus_.push_back(k_stiffness * material.density() * speed * speed);
   }
   displacements_.resize(problem.boundaries.size());
+  slope_ = PairKernel<Dim>(k_pair_range).over_plane(0.5);
 }
 
 template <int Dim>
@@ -62,6 +68,31 @@ void SideContact<Dim>::start() {
       is_near_ = true;
     }
   }
+  lay();
+}
+
+/// What lies at a side at first touches it without a force, and so does what was put where no step brings it.
+template <int Dim>
+void SideContact<Dim>::lay() {
+  for (std::size_t c = 0; c < near_.size(); ++c) {
+    const std::size_t source = space_.source_of(c);
+    const PointBody<Dim>& body = *space_.sources()[source].points;
+    for (const std::size_t s : near_[c]) {
+      for (Index k = space_.cell_begin(c); k < space_.cell_end(c); ++k) {
+        const Touch one = touch(sides_[s], c, k, displacements_[static_cast<std::size_t>(sides_[s].condition)], false);
+        const auto p = static_cast<std::size_t>(space_.particles()[static_cast<std::size_t>(k)]);
+        if (one.g0 > 0 && one.depth - one.g0 < k_least * one.depth) {
+          throw InputError(
+              "body \"{}\": particle {} at ({:.6g}) lies on a side with contact, and has no room to press; move it inwards by half a "
+              "spacing, "
+              "or use contact_by = \"nodes\"",
+              body.name(), body.id[p], fmt::join(body.position[p], ", "));
+        }
+        if (one.g0 > (is_first_ ? 0 : k_through * one.depth)) sides_[s].laid[source][body.id[p]] = one.depth - one.g0;
+      }
+    }
+  }
+  is_first_ = false;
 }
 
 template <int Dim>
@@ -83,11 +114,12 @@ typename SideContact<Dim>::Touch SideContact<Dim>::touch(const Side& side, std::
   const Vec<Dim>& face = displacements_[static_cast<std::size_t>(side.condition)];
   const Real spacing = std::pow(body.volume0[p], Real{1} / Dim);
   Touch touch;
-  touch.depth = 0.5 * spacing;
+  const auto laid = side.laid[source].find(body.id[p]);
+  touch.depth = laid != side.laid[source].end() ? laid->second : 0.5 * spacing;
   touch.g0 = touch.depth - side.inward * (body.position[p][side.axis] - side.place);
   touch.g1 = touch.g0 - side.inward * (du[side.axis] - face[side.axis]);
   if (!touch.presses()) return touch;
-  const Real w = PairKernel<Dim>(k_pair_range * spacing).over_plane(0.5 * spacing);
+  const Real w = slope_ / spacing;
   touch.stiffness = body.volume0[p] * modulus_[source] * w * w;
   touch.start = pressing_up_to(touch.depth, 0, touch.g0, false).value;
   const Pressing pressed = pressing_up_to(touch.depth, touch.g0, touch.g1, is_dynamic);
@@ -211,7 +243,6 @@ void SideContact<Dim>::balance(const std::vector<Real>& way) {
 
 template <int Dim>
 std::string SideContact<Dim>::find_overlap(const std::vector<Real>& u) const {
-  constexpr Real k_through = 0.99;  // of d_p: the potential is endless there
   std::string found;
   for_each_touch(u, false, [&](std::size_t s, std::size_t cell, Index k, const Touch& one, const Vec<Dim>&) {
     if (!found.empty() || one.g1 < k_through * one.depth) return;
@@ -265,22 +296,33 @@ std::vector<typename SideContact<Dim>::Action> SideContact<Dim>::actions(const s
 
 template <int Dim>
 void SideContact<Dim>::commit(const std::vector<Real>& u, bool is_dynamic) {
-  energy_ = 0;
   std::vector<std::vector<std::map<Index, Hold>>> holds(sides_.size(), std::vector<std::map<Index, Hold>>(space_.sources().size()));
   for_each_touch(u, is_dynamic, [&](std::size_t s, std::size_t cell, Index k, const Touch& one, const Vec<Dim>&) {
     const std::size_t source = space_.source_of(cell);
     const auto p = static_cast<std::size_t>(space_.particles()[static_cast<std::size_t>(k)]);
-    const Real g = std::max(Real{0}, one.g1);
-    energy_ += 0.5 * one.stiffness * one.depth * g * g / (one.depth - g);
     if (sides_[s].friction == 0) return;
     Hold hold;
     for (std::size_t d = 0; d < Dim; ++d) hold.pulled[d] = one.force[d] / one.stiffness;
     hold.energy = 0.5 * one.stiffness * dot(hold.pulled, hold.pulled);
     hold.slips = one.slips;
-    energy_ += hold.energy;
     holds[s][source][space_.sources()[source].points->id[p]] = hold;
   });
   for (std::size_t s = 0; s < sides_.size(); ++s) sides_[s].holds = std::move(holds[s]);
+  measure_energy(u);
+}
+
+template <int Dim>
+void SideContact<Dim>::measure_energy(const std::vector<Real>& u) {
+  energy_ = 0;
+  for (const Side& side : sides_) {
+    for (const auto& source : side.holds) {
+      for (const auto& [id, hold] : source) energy_ += hold.energy;
+    }
+  }
+  for_each_touch(u, false, [&](std::size_t, std::size_t, Index, const Touch& one, const Vec<Dim>&) {
+    const Real g = std::max(Real{0}, one.g1);
+    energy_ += 0.5 * one.stiffness * one.depth * g * g / (one.depth - g);
+  });
 }
 
 template class SideContact<2>;

@@ -24,6 +24,7 @@ class SideContact {
   /// Of the sides that particles touch. The space must outlive it.
   SideContact(const Case& problem, const StepSpace<Dim>& space);
 
+  bool is_empty() const { return sides_.empty(); }
   /// Whether any side has Coulomb's friction, which makes the matrix unsymmetric.
   bool has_friction() const;
   /// Whether a particle may touch a side in this step; and one of a cell.
@@ -55,6 +56,8 @@ class SideContact {
   std::vector<Action> actions(const std::vector<Real>& u, bool is_dynamic) const;
   /// Ends the step.
   void commit(const std::vector<Real>& u, bool is_dynamic);
+  /// After displacements.
+  void measure_energy(const std::vector<Real>& u);
   /// Stored now [J].
   Real energy() const { return energy_; }
 
@@ -78,6 +81,7 @@ class SideContact {
     Real friction;                             ///< Infinite where what presses sticks.
     std::vector<Shift> shifts;                 ///< By place among the space's particles; empty: none.
     std::vector<std::map<Index, Hold>> holds;  ///< By source and id.
+    std::vector<std::map<Index, Real>> laid;   ///< d_p of particles that were laid nearer than half a spacing, the same.
   };
   /// A particle at a side in a step.
   struct Touch {
@@ -99,6 +103,7 @@ class SideContact {
   Touch touch(const Side& side, std::size_t cell, Index k, const Vec<Dim>& du, bool is_dynamic) const;
   void rub(const Side& side, std::size_t cell, Index k, const Vec<Dim>& du, bool is_dynamic, Touch& touch) const;
   void add_tangent(const Side& side, const Touch& touch, Real weight, const Real* N, Real* K) const;
+  void lay();
   Vec<Dim> displacement(std::size_t cell, Index k, const std::vector<Real>& u) const;
   /// Calls f(side's number, cell, place, touch, displacement) for the particles that press.
   template <class F>
@@ -107,9 +112,11 @@ class SideContact {
   const StepSpace<Dim>& space_;
   std::vector<Side> sides_;
   std::vector<Real> modulus_;  ///< By source: K [Pa].
+  Real slope_ = 0;             ///< w of particles with a spacing of 1 [1/m].
   std::vector<Vec<Dim>> displacements_;
   std::vector<std::vector<std::size_t>> near_;  ///< By cell: numbers of the sides.
   bool is_near_ = false;
+  bool is_first_ = true;
   Real energy_ = 0;
 };
 
