@@ -67,6 +67,7 @@ VerifySuite analytic_suite() {
   add_implicit_explicit(suite);
   add_implicit_friction(suite);
   add_implicit_bounce(suite);
+  add_implicit_contact(suite);
   add_implicit_dynamics(suite);
   add_coupled_paper(suite);
   add_fem(suite);

@@ -31,6 +31,7 @@ void add_implicit_paper(VerifySuite& suite);
 void add_implicit_explicit(VerifySuite& suite);
 void add_implicit_friction(VerifySuite& suite);
 void add_implicit_bounce(VerifySuite& suite);
+void add_implicit_contact(VerifySuite& suite);
 void add_implicit_dynamics(VerifySuite& suite);
 void add_coupled_paper(VerifySuite& suite);
 void add_fem(VerifySuite& suite);
