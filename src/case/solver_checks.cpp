@@ -194,6 +194,12 @@ void check_implicit_boundaries(const Case& problem) {
                               body.name));
       }
     }
+    if (boundary.touches_by_particles() && is_element && problem.implicit.element_order == 2) {
+      fail_case(
+          place, where,
+          "contact is for basis = \"bspline\" or element_order = 1: at a free surface particles do not hold elements with 9 (27) nodes, "
+          "which are negative in places, well enough to bounce; receding_correction is for them");
+    }
     if (by_nodes && is_element) {
       fail_case(
           place, where,

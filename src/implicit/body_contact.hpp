@@ -1,6 +1,6 @@
 // Contact between bodies of particles in fields of displacements of their own.
 //
-// The potential of explicit/pair_contact.hpp, which docs/contact.md explains,
+// The potential that the explicit solver has (docs/theory.md, contact between bodies),
 //
 //     Phi = sum_p V_p K / 2 <g_p>^2,     g_p = c_p - c0_p,     c_p = sum_q V_q W(|x_p - x_q|),
 //
