@@ -67,6 +67,7 @@ void ImplicitSolver<Dim>::balance(Real t, Real dt, const std::vector<Vec<Dim>>& 
   constexpr Real k_share = 0.1;
   contact_.balance({});
   sides_.balance({});
+  sides_.start_step(std::vector<Vec<Dim>>(displacements.size(), Vec<Dim>{}));  // the step has not begun to move them
   StepLoad<Dim> load = make_load(t, dt);
   const Real factor = 1 / (k_share * k_share * dt * dt);
   load.inertia = {factor, 0, 0};
@@ -76,7 +77,10 @@ void ImplicitSolver<Dim>::balance(Real t, Real dt, const std::vector<Vec<Dim>>& 
   Lift lift;
   assembly_.residual_and_matrix(zero, load, residual, lift);
   std::vector<Real> way;
-  if (!newton_.solve_linear(residual, Symmetry::general, way)) return;  // the accelerations of the particles do
+  if (!newton_.solve_linear(residual, Symmetry::general, way)) {  // the accelerations of the particles do
+    sides_.start_step(displacements);
+    return;
+  }
   Real greatest = 0;
   for (Real& x : way) {
     x = -x;
@@ -129,6 +133,7 @@ void ImplicitSolver<Dim>::balance(Real t, Real dt, const std::vector<Vec<Dim>>& 
   sides_.balance(way);
   for (const auto& action : sides_.actions(zero, true))
     std::copy(action.start.begin(), action.start.end(), boundaries_[static_cast<std::size_t>(action.condition)].totals.force.begin());
+  sides_.start_step(displacements);
   soft_work_.start_with(space_, zero);  // it acts on the displacements of a step, and at its start there are none
   for (std::size_t d = 0; d < Dim; ++d) reaction_[d] = total[d] - gravity_force_[d] - body_force_force_[d];
 }

@@ -162,6 +162,26 @@ Real SideContact<Dim>::Touch::share() const {
 }
 
 template <int Dim>
+std::array<Vec<Dim>, Dim> SideContact<Dim>::tangent(const Side& side, const Touch& touch, Real weight) {
+  std::array<Vec<Dim>, Dim> h{};
+  h[side.axis][side.axis] = weight * touch.stiffness * touch.slope;
+  if (side.friction == 0) return h;
+  const Real length = std::sqrt(dot(touch.pull, touch.pull));
+  const bool turns = touch.slips && length > 0;
+  const bool follows_pressure = turns && touch.limit > 0 && !std::isinf(side.friction);
+  for (std::size_t i = 0; i < Dim; ++i) {
+    if (i == side.axis) continue;
+    const Real ahead = turns ? touch.pull[i] / length : 0;
+    for (std::size_t j = 0; j < Dim; ++j) {
+      if (j == side.axis) continue;
+      h[i][j] = weight * touch.stiffness * touch.share() * ((i == j ? 1 : 0) - (turns ? ahead * touch.pull[j] / length : 0));
+    }
+    if (follows_pressure) h[i][side.axis] = -weight * side.friction * touch.stiffness * touch.slope * side.inward * ahead;
+  }
+  return h;
+}
+
+template <int Dim>
 void SideContact<Dim>::work(std::size_t cell, const std::vector<Real>& u, bool is_dynamic, Real* residual, Real* K) const {
   const Real weight = is_dynamic ? 2 : 1;
   for (const std::size_t s : near_[cell]) {
@@ -176,35 +196,16 @@ void SideContact<Dim>::work(std::size_t cell, const std::vector<Real>& u, bool i
       for (int node = 0; node < space_.functions(); ++node) {
         for (std::size_t d = 0; d < Dim; ++d) residual[static_cast<std::size_t>(node) * Dim + d] += N[node] * force[d];
       }
-      if (K != nullptr) add_tangent(side, one, weight, N, K);
-    }
-  }
-}
-
-template <int Dim>
-void SideContact<Dim>::add_tangent(const Side& side, const Touch& touch, Real weight, const Real* N, Real* K) const {
-  Real h[Dim][Dim] = {};
-  h[side.axis][side.axis] = weight * touch.stiffness * touch.slope;
-  if (side.friction > 0) {
-    const Real length = std::sqrt(dot(touch.pull, touch.pull));
-    const bool turns = touch.slips && length > 0;
-    const bool follows_pressure = turns && touch.limit > 0 && !std::isinf(side.friction);
-    for (std::size_t i = 0; i < Dim; ++i) {
-      if (i == side.axis) continue;
-      const Real ahead = turns ? touch.pull[i] / length : 0;
-      for (std::size_t j = 0; j < Dim; ++j) {
-        if (j == side.axis) continue;
-        h[i][j] += weight * touch.stiffness * touch.share() * ((i == j ? 1 : 0) - (turns ? ahead * touch.pull[j] / length : 0));
-      }
-      if (follows_pressure) h[i][side.axis] -= weight * side.friction * touch.stiffness * touch.slope * side.inward * ahead;
-    }
-  }
-  const auto functions = static_cast<std::size_t>(space_.functions());
-  for (std::size_t I = 0; I < functions; ++I) {
-    for (std::size_t i = 0; i < Dim; ++i) {
-      Real* const row = K + (I * Dim + i) * functions * Dim;
-      for (std::size_t J = 0; J < functions; ++J) {
-        for (std::size_t j = 0; j < Dim; ++j) row[J * Dim + j] += N[I] * N[J] * h[i][j];
+      if (K == nullptr) continue;
+      const std::array<Vec<Dim>, Dim> h = tangent(side, one, weight);
+      const auto functions = static_cast<std::size_t>(space_.functions());
+      for (std::size_t I = 0; I < functions; ++I) {
+        for (std::size_t i = 0; i < Dim; ++i) {
+          Real* const row = K + (I * Dim + i) * functions * Dim;
+          for (std::size_t J = 0; J < functions; ++J) {
+            for (std::size_t j = 0; j < Dim; ++j) row[J * Dim + j] += N[I] * N[J] * h[i][j];
+          }
+        }
       }
     }
   }
@@ -235,8 +236,8 @@ void SideContact<Dim>::balance(const std::vector<Real>& way) {
     Shift& shift = shifts[s][static_cast<std::size_t>(k)];
     // The mean over a step that is nothing has half the slope.
     shift.pressed = -2 * one.slope * side.inward * du[side.axis];
-    for (std::size_t d = 0; d < Dim && side.friction > 0 && !one.slips; ++d)
-      shift.friction[d] = d == side.axis ? 0 : 2 * one.stiffness * du[d];
+    const std::array<Vec<Dim>, Dim> h = tangent(side, one, 2);
+    for (std::size_t d = 0; d < Dim; ++d) shift.force[d] = 2 * (one.old_force[d] - one.force[d]) - dot(h[d], du);
   });
   for (std::size_t s = 0; s < sides_.size(); ++s) sides_[s].shifts = std::move(shifts[s]);
 }
@@ -282,7 +283,7 @@ std::vector<typename SideContact<Dim>::Action> SideContact<Dim>::actions(const s
       const Real push = d == side.axis ? side.inward * one.stiffness : 0;
       const Real placed = push * one.start - one.old_force[d];
       const Real mean = push * one.pressed - one.force[d];
-      const Real start = placed + push * shift.pressed - shift.friction[d];
+      const Real start = placed + shift.force[d];
       const Real end = is_dynamic ? 2 * mean - placed : mean;
       action.start[d] += start;
       action.end[d] += end;

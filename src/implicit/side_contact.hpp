@@ -70,8 +70,8 @@ class SideContact {
   };
   /// What forces that are linearised at the start of a step have beside those of the places.
   struct Shift {
-    Real pressed = 0;     ///< [m]
-    Vec<Dim> friction{};  ///< [N]
+    Real pressed = 0;  ///< [m]
+    Vec<Dim> force{};  ///< [N]
   };
   struct Side {
     std::size_t axis;
@@ -102,7 +102,8 @@ class SideContact {
   };
   Touch touch(const Side& side, std::size_t cell, Index k, const Vec<Dim>& du, bool is_dynamic) const;
   void rub(const Side& side, std::size_t cell, Index k, const Vec<Dim>& du, bool is_dynamic, Touch& touch) const;
-  void add_tangent(const Side& side, const Touch& touch, Real weight, const Real* N, Real* K) const;
+  /// Of the residual's force, by the displacement.
+  static std::array<Vec<Dim>, Dim> tangent(const Side& side, const Touch& touch, Real weight);
   void lay();
   Vec<Dim> displacement(std::size_t cell, Index k, const std::vector<Real>& u) const;
   /// Calls f(side's number, cell, place, touch, displacement) for the particles that press.

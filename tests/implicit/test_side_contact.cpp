@@ -138,6 +138,50 @@ TEST(SideContact, tangents_are_exact) {
   }
 }
 
+TEST(SideContact, a_belt_takes_a_block_along_and_its_books_close) {
+  for (const std::string contact :
+       {std::string("contact = \"no_tension\""), std::string("contact = \"friction\"\nfriction = 0.3\ncontact_by = \"particles\"")}) {
+    for (const char* poissons_ratio : {"0.3", "0.49"}) {  // without and with volumes by patches
+      Simulation sim(read(fmt::format(R"(
+gravity = [0, -9.81]
+[grid]
+upper = [4, 1]
+cells = [40, 10]
+[time]
+end = 0.6
+dt = 5e-3
+[solver]
+type = "implicit"
+[[body]]
+name = "block"
+region = {{ type = "box", lower = [0.5, 0], upper = [0.9, 0.4] }}
+layout = {{ type = "per_cell", count = 9 }}
+material = {{ type = "neo_hookean", density = 1000, youngs_modulus = 1e6, poissons_ratio = {} }}
+[[boundary]]
+side = "bottom"
+kind = "velocity"
+velocity = [0.5, 0]
+{}
+)",
+                                      poissons_ratio, contact)));
+      const Real mass = sim.solver().totals(0).mass;
+      Real at_start = 0;
+      sim.add_callback([&](const Simulation& now) {
+        if (now.time() < 0.1) at_start = now.solver().totals(0).momentum[0] / mass;
+        return true;
+      });
+      sim.run();
+      const BodyTotals block = sim.solver().totals(0);
+      const BoundaryTotals belt = sim.solver().boundaries()[0];
+      EXPECT_NEAR(belt.impulse[0], block.momentum[0], 1e-9 * mass) << contact;
+      EXPECT_NEAR(block.momentum[0] / mass, 0.5, contact.find("friction") != std::string::npos ? 0.02 : 0.12)
+          << contact << ": it swings, glued";
+      if (contact.find("friction") != std::string::npos) EXPECT_NEAR(at_start, 0.3 * 9.81 * 0.095, 0.02) << "Coulomb";
+      EXPECT_GT(belt.work, block.kinetic_energy);
+    }
+  }
+}
+
 TEST(SideContact, a_particle_on_the_side_is_refused_by_name) {
   const std::string text = R"(
 [grid]

@@ -51,7 +51,8 @@ def test_every_kind_of_block_is_run_by_some_test():
         if "python" in kinds:
             assert name(page) in TESTED_ELSEWHERE | {"README.md", "docs/python.md", "docs/opening_results.md"}, name(page)
         if "toml" in kinds:
-            assert name(page) in TESTED_ELSEWHERE | {"README.md", "docs/coupling.md", "docs/add_a_material.md"}, name(page)
+            tested = {"README.md", "docs/coupling.md", "docs/add_a_material.md", "docs/implicit.md"}
+            assert name(page) in TESTED_ELSEWHERE | tested, name(page)
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if commands(page)], ids=name)
@@ -166,3 +167,23 @@ def test_the_page_on_materials_compiles_as_printed(tmp_path):
         words = ["-std=c++20", "-fsyntax-only", "-DFMT_SHARED", f"-I{tmp_path}", f"-I{ROOT / 'src'}", "-isystem", "/usr/include/eigen3"]
         done = subprocess.run([compiler, *words, str(over / source)], capture_output=True, text=True)
         assert done.returncode == 0, done.stderr[-3000:]
+
+
+def test_bodies_that_touch_in_the_implicit_solver_run(matpoint, tmp_path):
+    body = """
+[[body]]
+name = "{}"
+region = {{ type = "box", lower = [0.25, {}], upper = [0.75, {}] }}
+layout = {{ type = "per_cell", count = 4 }}
+material = {{ type = "neo_hookean", density = 1000, youngs_modulus = 1e6, poissons_ratio = 0.3 }}
+"""
+    (tmp_path / "blocks.toml").write_text(
+        "gravity = [0, -9.81]\n[grid]\nupper = [1, 1]\ncells = [8, 8]\n[time]\nend = 0.02\ndt = 0.01\n"
+        + blocks(ROOT / "docs/implicit.md", "toml")[0]
+        + body.format("low", 0, 0.25)
+        + body.format("high", 0.25, 0.5)
+        + '[[boundary]]\nside = "bottom"\nkind = "fixed"\n'
+    )
+    done = matpoint("run", "blocks.toml")
+    assert done.returncode == 0, done.stderr
+    assert "stick" not in done.stdout + done.stderr
