@@ -1,6 +1,7 @@
 // Contact between bodies of particles in fields of their own: exact tangents, forces that make no energy, Coulomb's law.
 #include <gmock/gmock.h>
 
+#include "core/parallel.hpp"
 #include "implicit/tangent_error.hpp"
 #include "io/history.hpp"
 #include "support/solver_case.hpp"
@@ -247,6 +248,23 @@ side = "right"
   const Real force = sim.solver().boundaries()[1].force[1];
   EXPECT_NEAR(force, 0.5e6 * (stretch - 1 / stretch), 0.02 * 1e5);
   EXPECT_LT(sim.solver().totals(0).upper[1], sim.solver().totals(1).lower[1]) << "none has entered the other";
+}
+
+TEST(BodyContact, any_number_of_threads_gives_the_same_bits) {
+  const auto state_with = [](int threads) {
+    set_thread_count(threads);
+    Simulation sim(two_blocks(3, "dynamic", 0.3));
+    for (int k = 0; k < 3; ++k) sim.step();
+    std::vector<Real> state = sim.solver().field(0, "velocity").values;
+    const std::vector<Real> x = sim.solver().field(1, "position").values;
+    state.insert(state.end(), x.begin(), x.end());
+    return state;
+  };
+  const int before = thread_count();
+  const std::vector<Real> one = state_with(1);
+  EXPECT_EQ(one, state_with(2));
+  EXPECT_EQ(one, state_with(5));
+  set_thread_count(before);
 }
 
 TEST(BodyContact, what_is_set_apart_counts_as_the_starts_energy) {
