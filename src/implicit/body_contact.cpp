@@ -340,6 +340,29 @@ void BodyContact<Dim>::balance(const std::vector<Real>& way) {
 }
 
 template <int Dim>
+std::vector<std::array<std::size_t, 2>> BodyContact<Dim>::pairs() const {
+  std::vector<std::array<std::size_t, 2>> all;
+  for (const Pair& pair : pairs_) all.push_back(pair.sources);
+  return all;
+}
+
+template <int Dim>
+std::vector<std::vector<Real>> BodyContact<Dim>::pair_forces(bool is_dynamic) const {
+  std::vector<std::vector<Real>> forces(pairs_.size(), std::vector<Real>(space_.nodes().size() * Dim, 0));
+  std::vector<Real> residual;
+  for (const ContactPatch<Dim>& patch : patches_) {
+    residual.resize(patch.nodes.size() * Dim);
+    work(patch, is_dynamic, residual.data(), nullptr);
+    const auto first = static_cast<Index>(pairs_[patch.pair].sources[0]);
+    for (std::size_t k = 0; k < residual.size(); ++k) {
+      const auto node = static_cast<std::size_t>(patch.nodes[k / Dim]);
+      if (space_.slots()[node] / space_.basis().node_count() == first) forces[patch.pair][node * Dim + k % Dim] -= residual[k];
+    }
+  }
+  return forces;
+}
+
+template <int Dim>
 Real BodyContact<Dim>::work_at_start() const {
   Real sum = 0;
   for (const ContactPatch<Dim>& patch : patches_) {

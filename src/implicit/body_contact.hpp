@@ -68,6 +68,11 @@ class BodyContact {
   /// Residual of a patch by its nodes and components, and its matrix where asked for. After move().
   void work(const ContactPatch<Dim>& patch, bool is_dynamic, Real* residual, Real* K) const;
 
+  /// The numbers of the two bodies of each pair.
+  std::vector<std::array<std::size_t, 2>> pairs() const;
+  /// Forces on the first body of each pair as the residual has them, by active node and component [N]. After move().
+  std::vector<std::vector<Real>> pair_forces(bool is_dynamic) const;
+
   /// Half the work of the forces at the start of the step in its displacements [J]. After move(), as all below.
   Real work_at_start() const;
   /// Ends the step. Returns what friction takes [J].

@@ -40,7 +40,7 @@ bool ImplicitSolver<Dim>::loses_particles(const std::vector<Real>& u) const {
 
 template <int Dim>
 typename ImplicitSolver<Dim>::StepStart ImplicitSolver<Dim>::start_of_step() const {
-  StepStart start{contacts_, boundaries_, soft_work_, gravity_force_, body_force_force_, reaction_, {}};
+  StepStart start{contacts_, boundaries_, pairs_, soft_work_, gravity_force_, body_force_force_, reaction_, {}};
   for (const PointSource<Dim>& source : sources_) start.accelerations.push_back(source.points->acceleration);
   return start;
 }
@@ -51,6 +51,7 @@ void ImplicitSolver<Dim>::restore(const StepStart& start) {
   contact_.balance({});
   sides_.balance({});
   boundaries_ = start.boundaries;
+  pairs_ = start.pairs;
   soft_work_ = start.soft_work;
   gravity_force_ = start.gravity_force;
   body_force_force_ = start.body_force_force;
@@ -129,6 +130,7 @@ void ImplicitSolver<Dim>::balance(Real t, Real dt, const std::vector<Vec<Dim>>& 
     boundaries_[b].totals.force = {};
     for (std::size_t k = 0; k < held[b].size(); ++k) boundaries_[b].totals.force[k % Dim] += held[b][k];
   }
+  balance_pairs(up, down, small);
   contact_.balance(way);
   sides_.balance(way);
   for (const auto& action : sides_.actions(zero, true))
@@ -136,6 +138,24 @@ void ImplicitSolver<Dim>::balance(Real t, Real dt, const std::vector<Vec<Dim>>& 
   sides_.start_step(displacements);
   soft_work_.start_with(space_, zero);  // it acts on the displacements of a step, and at its start there are none
   for (std::size_t d = 0; d < Dim; ++d) reaction_[d] = total[d] - gravity_force_[d] - body_force_force_[d];
+}
+
+/// What bodies in contact do to each other at the start of the step, to first order, too.
+template <int Dim>
+void ImplicitSolver<Dim>::balance_pairs(const std::vector<Real>& up, const std::vector<Real>& down, Real small) {
+  if (pairs_.empty()) return;
+  const auto forces_after = [&](const std::vector<Real>& u) {
+    contact_.move(u);
+    return contact_.pair_forces(true);
+  };
+  std::vector<std::vector<Real>> forces = forces_after(std::vector<Real>(up.size(), 0));
+  const std::vector<std::vector<Real>> change_up = forces_after(up), change_down = forces_after(down);
+  for (std::size_t p = 0; p < pairs_.size(); ++p) {
+    for (std::size_t k = 0; k < forces[p].size() && small > 0; ++k) forces[p][k] += (change_up[p][k] - change_down[p][k]) / (2 * small);
+    pairs_[p].work.start_with(space_, forces[p]);
+    pairs_[p].totals.force = {};
+    for (std::size_t k = 0; k < forces[p].size(); ++k) pairs_[p].totals.force[k % Dim] += forces[p][k];
+  }
 }
 
 // Used by implicit_solver.cpp.

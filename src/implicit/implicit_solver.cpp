@@ -131,6 +131,7 @@ ImplicitSolver<Dim>::ImplicitSolver(const Case& problem)
     geometry_.nodes[d] = problem.grid.cells[d] * (1 << problem.grid.refinements) + 1;
   }
   make_tractions();
+  for (const auto& [first, second] : contact_.pairs()) pairs_.push_back({{body_name(first) + "|" + body_name(second), {}, {}, 0}, {}, {}});
   for (const std::string& name : boundary_names(problem.boundaries)) boundaries_.push_back({{name, {}, {}, 0}, {}, {}});
   if (!fem_bodies_.empty()) reset_ = std::make_unique<BackgroundReset<Dim>>(*basis_, conditions_, space_);
   escaped_rows_.resize(sources_.size());
@@ -442,6 +443,7 @@ std::vector<BoundaryTotals> ImplicitSolver<Dim>::boundaries() const {
   for (std::size_t b = 0; b < boundaries_.size(); ++b) {
     if (case_.boundaries[b].kind != BoundaryKind::traction) all.push_back(boundaries_[b].totals);
   }
+  for (const HeldBoundary& pair : pairs_) all.push_back(pair.totals);
   return all;
 }
 

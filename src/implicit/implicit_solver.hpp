@@ -93,6 +93,7 @@ class ImplicitSolver final : public Solver {
   /// carry balance them on that of the step before, on which they lay elsewhere, with what was held then; the trapezoidal rule takes half
   /// of them on into the motion, and in a bounce that works in one direction: a block gained up to its whole energy.
   void balance(Real t, Real dt, const std::vector<Vec<Dim>>& displacements);
+  void balance_pairs(const std::vector<Real>& up, const std::vector<Real>& down, Real small);
   /// Newton's method and the faces' sets of states, until they agree; balance() before each where asked for.
   std::optional<std::string> settle(Real t, Real dt, StepLoad<Dim>& load, const std::vector<Vec<Dim>>& displacements, bool is_balanced,
                                     std::vector<Real>& u);
@@ -117,6 +118,8 @@ class ImplicitSolver final : public Solver {
   /// forces on the bodies [N].
   Vec3 hold(const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Real>& residual, const std::vector<Real>& slip,
             Real dt);
+  /// The same of bodies in contact with each other, which the ledger does not see.
+  void hold_pairs(const std::vector<Real>& u, Real dt);
   /// The condition that acts on a component of an active node, or -1.
   int acting_condition(std::size_t active_node, std::size_t component, const StepLoad<Dim>& load) const;
   void book_forces_at_start(Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Vec<Dim>>& du);
@@ -162,6 +165,7 @@ class ImplicitSolver final : public Solver {
   struct StepStart {
     FaceContacts<Dim> contacts;
     std::vector<HeldBoundary> boundaries;
+    std::vector<HeldBoundary> pairs;
     NodalWork<Dim> soft_work;
     Vec3 gravity_force;
     Vec3 body_force_force;
@@ -169,6 +173,7 @@ class ImplicitSolver final : public Solver {
     std::vector<std::vector<Vec<Dim>>> accelerations;  ///< By source and particle [m/s^2].
   };
   std::vector<HeldBoundary> boundaries_;  ///< By condition, also those that hold nothing.
+  std::vector<HeldBoundary> pairs_;       ///< What the second body of a pair in contact does to the first.
   Real work_at_start_ = 0;                ///< Half the work of all reactions at the start of the step, in its displacements [J].
   NodalWork<Dim> traction_work_;
   NodalWork<Dim> soft_work_;

@@ -39,6 +39,7 @@ void ImplicitSolver<Dim>::commit(Real t, Real dt, const StepLoad<Dim>& load, con
   std::vector<Vec<Dim>> du;
   assembly_.deform(u, A, du);
   const Vec3 reaction = hold(load, u, residual, contacts_.slip(space_, u, conditions_.displacements(t, dt)), dt);
+  hold_pairs(u, dt);
   book(dt, load, u, du, reaction);
   book_forces_at_start(dt, load, u, du);
   ledger_.contact_dissipation += contact_.commit(spec_.mode == ImplicitMode::dynamic);
@@ -186,6 +187,23 @@ Vec3 ImplicitSolver<Dim>::hold(const StepLoad<Dim>& load, const std::vector<Real
     }
   }
   return reaction;
+}
+
+template <int Dim>
+void ImplicitSolver<Dim>::hold_pairs(const std::vector<Real>& u, Real dt) {
+  if (pairs_.empty()) return;
+  const bool is_dynamic = spec_.mode == ImplicitMode::dynamic;
+  const std::vector<std::vector<Real>> forces = contact_.pair_forces(is_dynamic);
+  for (std::size_t p = 0; p < pairs_.size(); ++p) {
+    BoundaryTotals& totals = pairs_[p].totals;
+    Vec3 sum{};
+    for (std::size_t k = 0; k < forces[p].size(); ++k) sum[k % Dim] += forces[p][k];
+    pairs_[p].work.advance(space_, forces[p], u);
+    totals.work += pairs_[p].work.start() + pairs_[p].work.end();
+    for (std::size_t d = 0; d < Dim && is_dynamic; ++d)
+      totals.impulse[d] += dt * ((1 - spec_.gamma) * totals.force[d] + spec_.gamma * sum[d]);
+    totals.force = sum;
+  }
 }
 
 /// The ledger, with the same weights in time as the particles' velocities: momentum closes to rounding.

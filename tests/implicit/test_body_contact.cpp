@@ -154,6 +154,14 @@ TEST(BodyContact, a_collision_makes_no_energy_and_keeps_momentum) {
         // Waves of the stiff ones cross five cells in a step.
         EXPECT_LT(greatest, sim.initial_energy() * (1 + 5e-3)) << which;
         EXPECT_LT(sim.solver().totals(0).momentum[0] / sim.solver().totals(0).mass, -0.5) << which << ": they come back";
+        // What the pair reports is what the first of them has got.
+        const BoundaryTotals pair = sim.solver().boundaries().back();
+        EXPECT_EQ(pair.name, "one|other");
+        const BodyTotals one = sim.solver().totals(0);
+        const Real rounding = (friction == 0 ? 1e-8 : 1e-4) * one.mass;  // what starts to slip has no slope
+        EXPECT_NEAR(pair.impulse[0], one.momentum[0] - one.mass, rounding) << which;
+        EXPECT_NEAR(pair.impulse[1], one.momentum[1], rounding) << which;
+        EXPECT_NEAR(pair.work, one.kinetic_energy + one.strain_energy - 0.5 * one.mass, 0.06 * one.mass) << which;
         EXPECT_EQ(sim.solver().ledger().contact_dissipation > 0, friction > 0) << which;
         // The work of contact is the change of what it stores, in any step; the rest is Newmark's rule for the stresses.
         EXPECT_LT(std::abs(transfer_loss(sim)), 1e-3 * sim.initial_energy()) << which;
