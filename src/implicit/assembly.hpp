@@ -98,8 +98,6 @@ class Assembly {
   /// Changes when the matrix's places do: in start(), and where particles of bodies in contact go far in a step.
   Index pattern() const { return pattern_; }
 
-  /// The least det A under the displacements; not positive or not finite is an inversion.
-  Inversion find_inversion(const std::vector<Real>& u) const;
   /// What cannot be taken of the displacements: a particle is turned inside out, or bodies run too deep into each other. Empty if nothing.
   std::string find_fault(const std::vector<Real>& u);
 
@@ -121,6 +119,8 @@ class Assembly {
 
  private:
   struct Kernels;
+  /// The least det A under the displacements; not positive or not finite is an inversion.
+  Inversion find_inversion(const std::vector<Real>& u) const;
   std::string describe(const Inversion& inversion) const;
   void assemble(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift);
   void make_pattern();

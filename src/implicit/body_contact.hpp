@@ -11,7 +11,8 @@
 // without a moment. At the end of the step the residual has 2 D less the forces at its start, so that the mean is D.
 //
 // Friction goes by a spring per particle as in the explicit solver, with the surface's direction and the neighbours' weights as they were
-// at the start of the step, and the normal force of its end (return mapping, Simo & Laursen 1992). Tangents are exact.
+// at the start of the step, and its mean normal force, in statics that of its end (return mapping, Simo & Laursen 1992). Tangents are
+// exact.
 #pragma once
 
 #include <map>

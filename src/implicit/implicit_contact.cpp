@@ -93,7 +93,7 @@ void ImplicitSolver<Dim>::balance(Real t, Real dt, const std::vector<Vec<Dim>>& 
   Vec3 total{};
   gravity_force_ = body_force_force_ = reaction_ = {};
   space_.for_each_point([&](std::size_t source, std::size_t p, std::size_t k) {
-    PointBody<Dim>& body = *sources_[source].points;  // sides that let go are for splines, which have no bodies of elements
+    PointBody<Dim>& body = *sources_[source].points;  // what touches by contact has no elements
     for (std::size_t d = 0; d < Dim; ++d) {
       body.acceleration[p][d] = factor * du[k][d];
       total[d] += body.mass[p] * body.acceleration[p][d];

@@ -214,9 +214,8 @@ kind = "fixed"
   }
 }
 
-TEST(BodyContact, bodies_that_one_step_would_drive_through_each_other_stop) {
-  // In one load step, of four particles' spacings. Without halved increments the upper block ended inside the lower one, without a force.
-  Simulation sim(read(R"(
+/// Two blocks that fill a column, on a fixed bottom, in statics.
+constexpr const char* k_column = R"(
 [grid]
 upper = [1, 0.8]
 cells = [10, 8]
@@ -240,16 +239,12 @@ material = { type = "neo_hookean", density = 1000, youngs_modulus = 1e6, poisson
 [[boundary]]
 side = "bottom"
 kind = "fixed"
-[[boundary]]
-side = "top"
-name = "ram"
-kind = "velocity"
-velocity = [0, -0.08]
-[[boundary]]
-side = "left"
-[[boundary]]
-side = "right"
-)"));
+)";
+
+TEST(BodyContact, bodies_that_one_step_would_drive_through_each_other_stop) {
+  // In one load step, of four particles' spacings. Without halved increments the upper block ended inside the lower one, without a force.
+  Simulation sim(read(std::string(k_column) + "[[boundary]]\nside = \"top\"\nkind = \"velocity\"\nvelocity = [0, -0.08]\n"
+                                              "[[boundary]]\nside = \"left\"\n[[boundary]]\nside = \"right\"\n"));
   sim.run();
   // A column shortened by a tenth; the neo-Hookean law without lateral strain: P = mu (l - 1/l) with mu = E / 2.
   const Real stretch = 0.9;
@@ -287,32 +282,7 @@ TEST(BodyContact, what_is_set_apart_counts_as_the_starts_energy) {
 }
 
 TEST(BodyContact, contact_alone_does_not_hold_a_body_in_statics) {
-  const std::string text = R"(
-[grid]
-upper = [1, 1]
-cells = [8, 8]
-[time]
-end = 1
-dt = 1
-[solver]
-type = "implicit"
-mode = "static"
-contact = "pairs"
-[[body]]
-name = "low"
-region = { type = "box", lower = [0, 0], upper = [1, 0.25] }
-layout = { type = "per_cell", count = 9 }
-material = { type = "neo_hookean", density = 1000, youngs_modulus = 1e6, poissons_ratio = 0.3 }
-[[body]]
-name = "high"
-region = { type = "box", lower = [0.25, 0.25], upper = [0.75, 0.5] }
-layout = { type = "per_cell", count = 9 }
-material = { type = "neo_hookean", density = 1000, youngs_modulus = 1e6, poissons_ratio = 0.3 }
-[[boundary]]
-side = "bottom"
-kind = "fixed"
-)";
-  EXPECT_THAT(message_of<InputError>([&] { Simulation sim(read(text)); }),
+  EXPECT_THAT(message_of<InputError>([&] { Simulation sim(read(k_column)); }),
               testing::AllOf(testing::HasSubstr("body \"high\""), testing::HasSubstr("contact, which may end, does not hold")));
 }
 

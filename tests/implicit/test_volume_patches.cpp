@@ -27,12 +27,6 @@ kind = "fixed"
 attached = true
 )";
 
-Case read(const std::string& text, const std::vector<std::string>& sets = {}) {
-  Input input = parse_toml(text, "case.toml");
-  for (const std::string& set : sets) apply_set(input, set);
-  return Case::from_input(input, "case");
-}
-
 TEST(VolumePatches, are_chosen_by_poissons_ratio_unless_said_otherwise) {
   const auto chosen = [](const std::vector<std::string>& sets) { return read(k_beam, sets).bodies[0].has_fbar(); };
   EXPECT_TRUE(chosen({}));
