@@ -330,6 +330,7 @@ void ImplicitSolver<Dim>::measure_contact() {
   space_.update(time_);
   contact_.start();
   contact_.measure_energy();
+  sides_.start_step(std::vector<Vec<Dim>>(case_.boundaries.size(), Vec<Dim>{}));
   sides_.start();
   sides_.measure_energy(std::vector<Real>(space_.nodes().size() * Dim, 0));
   ledger_.contact_energy = contact_.energy() + sides_.energy();

@@ -22,8 +22,15 @@ inline Pressing pressing(Real g0, Real g1, bool is_dynamic) {
   return {-0.5 * g0 * g0 / way, 0.5 * g0 * g0 / (way * way)};
 }
 
-/// The same of m <g>^2 / (m - g) / 2, which is endless at g = m: nothing comes so deep.
+// Of m: almost as deep as nothing comes.
+constexpr Real k_through = 0.99;
+
+/// The same of m <g>^2 / (m - g) / 2, which is endless at g = m: nothing comes so deep. Where a guess would, the force goes on in a line.
 inline Pressing pressing_up_to(Real m, Real g0, Real g1, bool is_dynamic) {
+  if (g1 > k_through * m && m > 0) {
+    const Pressing last = pressing_up_to(m, g0, k_through * m, is_dynamic);
+    return {last.value + last.slope * (g1 - k_through * m), last.slope};
+  }
   if (!is_dynamic) {
     if (g1 <= 0) return {0, 0};
     const Real left = m - g1;

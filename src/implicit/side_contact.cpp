@@ -12,9 +12,7 @@ namespace {
 
 // K in moduli of the body.
 constexpr Real k_stiffness = 10;
-// Of d_p: almost through, where the potential is endless.
-constexpr Real k_through = 0.99;
-// The same: as good as on the side.
+// Of d_p: as good as on the side.
 constexpr Real k_least = 1e-6;
 
 }  // namespace
@@ -55,15 +53,18 @@ void SideContact<Dim>::start() {
   is_near_ = false;
   if (sides_.empty()) return;
   for (Side& side : sides_) side.shifts.clear();
-  // What is more than two cells away does not come so far in a step that can be trusted.
-  constexpr int k_cells = 3;
+  // What is farther does not come so far in a step that can be trusted.
+  const Real reach = 3 * space_.basis().shortest_side();
   near_.assign(space_.cells().size(), {});
   for (std::size_t c = 0; c < near_.size(); ++c) {
+    const PointBody<Dim>& body = *space_.sources()[space_.source_of(c)].points;
     for (std::size_t s = 0; s < sides_.size(); ++s) {
-      Index cell = space_.cells()[c];
-      for (int k = 0; k < k_cells && cell >= 0; ++k)
-        cell = space_.basis().neighbour(cell, static_cast<int>(sides_[s].axis), sides_[s].inward < 0);
-      if (cell >= 0) continue;
+      bool is_near = false;
+      for (Index k = space_.cell_begin(c); k < space_.cell_end(c) && !is_near; ++k) {
+        const auto p = static_cast<std::size_t>(space_.particles()[static_cast<std::size_t>(k)]);
+        is_near = sides_[s].inward * (body.position[p][sides_[s].axis] - sides_[s].place) < reach;
+      }
+      if (!is_near) continue;
       near_[c].push_back(s);
       is_near_ = true;
     }
@@ -287,7 +288,7 @@ std::vector<typename SideContact<Dim>::Action> SideContact<Dim>::actions(const s
       const Real end = is_dynamic ? 2 * mean - placed : mean;
       action.start[d] += start;
       action.end[d] += end;
-      action.work += (is_dynamic ? 0.5 * (start + end) : end) * face[d];
+      action.work += mean * face[d];  // what the shift of the start does is in reset_loss
     }
     action.slip_work += dot(one.force, one.slip);
     if (side.friction > 0) action.slip_work -= 0.5 * dot(one.force, one.force) / one.stiffness;
@@ -310,6 +311,7 @@ void SideContact<Dim>::commit(const std::vector<Real>& u, bool is_dynamic) {
   });
   for (std::size_t s = 0; s < sides_.size(); ++s) sides_[s].holds = std::move(holds[s]);
   measure_energy(u);
+  for (Side& side : sides_) side.place += displacements_[static_cast<std::size_t>(side.condition)][side.axis];
 }
 
 template <int Dim>

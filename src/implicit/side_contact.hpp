@@ -8,6 +8,7 @@
 // endless at the side itself, so that nothing comes through; K is ten moduli of the body and w as in contact between pairs
 // (body_contact.hpp), whose discrete gradient in time and whose friction this has, too. So bodies come to rest at the side and not before
 // it, and a bounce makes no energy. Sides of kind "slip" only push; what presses on the others sticks to them, or rubs by Coulomb's law.
+// A side with a velocity across itself moves into the grid with it, as a piston.
 #pragma once
 
 #include <map>
@@ -76,7 +77,7 @@ class SideContact {
   struct Side {
     std::size_t axis;
     Real inward;  ///< 1 or -1
-    Real place;   ///< Along the axis [m].
+    Real place;   ///< Along the axis, now [m].
     int condition;
     Real friction;                             ///< Infinite where what presses sticks.
     std::vector<Shift> shifts;                 ///< By place among the space's particles; empty: none.
