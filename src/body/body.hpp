@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/state.hpp"
 #include "geometry/point_cells.hpp"
 #include "grid/grid.hpp"
 #include "kernel/kernel.hpp"
@@ -129,6 +130,9 @@ class Body {
   virtual Real mass() const = 0;
   virtual Real smallest_particle_mass() const = 0;
   virtual BodyTotals totals(const Vec3& gravity) const = 0;
+  /// Without particles, so that a state may be loaded.
+  virtual void clear() = 0;
+  virtual void declare_state(State& state) = 0;
   virtual std::vector<std::string> field_names() const = 0;
   /// As Solver::take_fields.
   virtual void take_fields(const std::vector<std::string>& names, std::size_t body, int vector_size, std::vector<Field>& fields) const = 0;

@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "core/arena.hpp"
+#include "core/state.hpp"
 #include "grid/grid.hpp"
 
 namespace matpoint {
@@ -164,6 +165,10 @@ class CellBlocks {
   void prune(Band& band);
   /// Leaves all cells empty; the number of particles stays as it is, and so do the blocks, for they are to come back. Then prune.
   void remove_all();
+  /// Without particles and blocks.
+  void clear();
+  /// Loading: into blocks without any.
+  void declare_state(State& state);
   /// Adds to the number of particles; insert and extract do not count, because they run side by side.
   void add_to_count(Index change) { count_ += change; }
 

@@ -34,6 +34,16 @@ class FemBody {
 
   /// Velocities and accelerations at the Gauss points from those at the nodes.
   void interpolate_motion();
+  void declare_state(State& state) {
+    state.part("points", points_);
+    state.add("displacement", displacement);
+    state.add("velocity", velocity);
+    state.add("acceleration", acceleration);
+    for (const auto* nodal : {&displacement, &velocity, &acceleration}) {
+      if (nodal->size() != has_node_.size()) state.fail("displacement", "has not one row for each node of the grid");
+    }
+    if (points_.count() != static_cast<Index>(places_.size())) state.fail("points", "are not as many as the body has");
+  }
 
   // For output (fem_body_fields.cpp): fields by the body's own nodes.
   const BodyCells& cells_for_output() const { return output_cells_; }

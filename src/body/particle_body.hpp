@@ -60,6 +60,8 @@ class ParticleBody final : public Body<Dim> {
   Real mass() const override { return mass_; }
   Real smallest_particle_mass() const override { return smallest_volume_ * material_->density(); }
   BodyTotals totals(const Vec3& gravity) const override;
+  void clear() override;
+  void declare_state(State& state) override;
   std::vector<std::string> field_names() const override;
   void take_fields(const std::vector<std::string>& names, std::size_t body, int vector_size, std::vector<Field>& fields) const override;
   void set_field(const std::string& name, const std::vector<Real>& values) override;
@@ -110,6 +112,13 @@ class ParticleBody final : public Body<Dim> {
     std::array<Vec3, 4> means{};
     Real velocity_gradient[Dim][Dim] = {};  ///< Of it [1/s].
     Vec3 center{};                          ///< Where sums are taken about: the centre of mass, a step ago [m].
+    void declare_state(State& state) {
+      state.add("is_used", is_used);
+      state.add("is_held", is_held);
+      state.add("means", means);
+      state.add("velocity_gradient", velocity_gradient);
+      state.add("center", center);
+    }
   };
 
   void seed(const BodySpec& spec, Grid<Dim, R>& grid);

@@ -202,6 +202,31 @@ Index PointBody<Dim>::memory() const {
   return static_cast<Index>(numbers * sizeof(Real));
 }
 
+template <int Dim>
+void PointBody<Dim>::declare_state(State& state) {
+  state.add("id", id);
+  state.add("position", position);
+  state.add("velocity", velocity);
+  state.add("acceleration", acceleration);
+  state.add("deformation_gradient", F);
+  state.add("reference_volume", volume0);
+  state.add("mass", mass);
+  state.add("history", history);
+  state.add("kirchhoff_stress", tau);
+  state.add("total_mass", total_mass_);
+  const auto check = [&](const char* name, std::size_t size, std::size_t width) {
+    if (size != id.size() * width) state.fail(name, fmt::format("has {} numbers, not {}", size, id.size() * width));
+  };
+  check("position", position.size(), 1);
+  check("velocity", velocity.size(), 1);
+  check("acceleration", acceleration.size(), 1);
+  check("deformation_gradient", F.size(), Dim * Dim);
+  check("reference_volume", volume0.size(), 1);
+  check("mass", mass.size(), 1);
+  check("history", history.size(), static_cast<std::size_t>(material_->history_size()));
+  check("kirchhoff_stress", tau.size(), material_->is_rate_dependent() ? 6 : 0);
+}
+
 template class PointBody<2>;
 template class PointBody<3>;
 

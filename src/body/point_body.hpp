@@ -31,6 +31,7 @@ class PointBody {
   /// Takes out the particles of the given rows, ascending, and books them.
   void remove(const std::vector<Index>& rows, const Vec3& gravity, Ledger& ledger);
   Index memory() const;
+  void declare_state(State& state);
 
   // One row per particle, in the order of the ids.
   std::vector<Vec<Dim>> position;      ///< [m]

@@ -207,6 +207,33 @@ void ExplicitSolver<Dim, R>::set_field(std::size_t body, const std::string& name
 }
 
 template <int Dim, class R>
+void ExplicitSolver<Dim, R>::declare_state(State& state) {
+  if (state.is_loading()) {
+    for (auto& body : bodies_) body->clear();
+    for (auto& grid : grids_) grid->remove_tiles();
+  }
+  state.in("body", [&] {
+    for (auto& body : bodies_) state.part(body->name(), *body);
+  });
+  for (std::size_t g = 0; g < grids_.size(); ++g) state.part(grids_.size() == 1 ? "grid" : "grid_of_" + bodies_[g]->name(), *grids_[g]);
+  if (contact_) state.part("contact", *contact_);
+  if (pairs_) state.part("pairs", *pairs_);
+  if (correction_) state.part("fluid_correction", *correction_);
+  state.part("ledger", ledger_);
+  state.add("gravity", gravity_);
+  state.add("time", time_);
+  state.add("is_mapped", is_mapped_);
+  state.in("body_force", [&] {
+    particle_forces_.resize(body_force_ && body_force_->is_of_particles ? bodies_.size() : 0);
+    for (std::size_t b = 0; b < particle_forces_.size(); ++b) state.add(bodies_[b]->name(), particle_forces_[b]);
+  });
+  if (!state.is_loading()) return;
+  std::copy_n(gravity_.begin(), Dim, dynamics_.gravity.begin());
+  escapes_.clear();
+  for (std::size_t b = 0; b < bodies_.size(); ++b) bodies_[b]->append_escapes(b, escapes_);
+}
+
+template <int Dim, class R>
 void ExplicitSolver<Dim, R>::check_cutoff(const SolverSpec& spec, Real smallest_mass) const {
   Real total_mass = 0;
   for (const auto& body : bodies_) total_mass += body->mass();

@@ -23,6 +23,7 @@ class ExplicitSolver final : public Solver {
   Real stable_dt() const override;
   const std::vector<Escape>& escapes() const override { return escapes_; }
   void remove_escaped() override;
+  void declare_state(State& state) override;
 
   std::size_t body_count() const override { return bodies_.size(); }
   const std::string& body_name(std::size_t body) const override { return bodies_[body]->name(); }

@@ -36,6 +36,10 @@ class FluidCorrection {
   bool is_due(Real dt);
   /// Corrects. The nodes hold nothing of use afterwards.
   void apply(const Vec3& gravity, Ledger& ledger);
+  void declare_state(State& state) {
+    state.add("way", way_);
+    state.add("elapsed", elapsed_);
+  }
 
  private:
   template <class F>

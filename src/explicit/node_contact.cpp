@@ -309,6 +309,29 @@ void Contact<Dim, R>::apply_second() {
   });
 }
 
+template <int Dim, class R>
+void Contact<Dim, R>::declare_state(State& state) {
+  std::vector<Index> counts;
+  std::vector<Pressed> all;
+  for (const std::vector<Pressed>& band : pressed_) {
+    counts.push_back(static_cast<Index>(band.size()));
+    all.insert(all.end(), band.begin(), band.end());
+  }
+  state.add("count_per_band", counts);
+  state.rows("pressed", all);
+  if (!state.is_loading()) return;
+  pressed_.clear();
+  auto next = all.begin();
+  for (const Index count : counts) {
+    if (count < 0 || count > all.end() - next) state.fail("count_per_band", "has not as many as there are rows");
+    pressed_.emplace_back(next, next + count);
+    next += count;
+  }
+  for (const Pressed& one : all) {
+    if (one.lane < 0 || one.lane >= k_lanes<R> || std::max(one.a, one.b) >= grids_.size()) state.fail("pressed", "names no node");
+  }
+}
+
 template class Contact<2, double>;
 template class Contact<3, double>;
 template class Contact<2, float>;

@@ -37,6 +37,7 @@ class Contact {
   /// the nodes did when they moved, as at surfaces: keeping these velocities from approaching instead would turn half of their noise into
   /// strain. To be called after Grid::start_pass(velocity).
   void apply_second();
+  void declare_state(State& state);
 
  private:
   /// A tile that several bodies have, in the order of the bodies.
@@ -46,12 +47,20 @@ class Contact {
   };
   /// Two bodies at a node that pressed in the last step.
   struct Pressed {
-    Place<Dim> tile;
-    int lane;
-    std::size_t a;
-    std::size_t b;
-    Vec<Dim> n;
-    bool sticks;
+    Place<Dim> tile{};
+    int lane = 0;
+    std::size_t a = 0;
+    std::size_t b = 0;
+    Vec<Dim> n{};
+    bool sticks = false;
+    void declare_state(State& state) {
+      state.add("tile", tile);
+      state.add("lane", lane);
+      state.add("first", a);
+      state.add("second", b);
+      state.add("normal", n);
+      state.add("sticks", sticks);
+    }
   };
   /// Velocities of a tile's nodes.
   using Velocities = std::vector<Vec<Dim>>;

@@ -72,6 +72,10 @@ struct PairContact<Dim>::Points {
     Index update = -2;  ///< In which update.
     Vec<Dim> x{};       ///< [m]
     Vec<Dim> way{};     ///< In the step before it [m].
+    void declare_state(State& state) {
+      state.add("update", update);
+      state.add("position", x);
+    }
   };
   std::vector<Place> places;
   Index number = 0;  ///< Of this update.
@@ -85,6 +89,31 @@ struct PairContact<Dim>::Points {
     place.x = point.x;
     place.update = number;
     return place.way;
+  }
+
+  void declare_state(State& state) {
+    state.add("update", number);
+    state.rows("places", places);
+    state.add("ids", forces.ids);
+    std::vector<Vec<Dim>> values(forces.ids.size());
+    if (!state.is_loading()) {
+      for (std::size_t k = 0; k < values.size(); ++k)
+        std::copy_n(forces.values.begin() + static_cast<std::ptrdiff_t>(forces.ids[k] * Dim), Dim, values[k].begin());
+    }
+    state.add("forces", values);
+    state.add("box_lower", forces.box.lower);
+    state.add("box_upper", forces.box.upper);
+    if (!state.is_loading()) return;
+    if (values.size() != forces.ids.size()) state.fail("forces", "has not one row for each id");
+    if (places.size() != (places.empty() ? 0 : volumes.size())) state.fail("places", "has not one row for each particle");
+    std::fill(forces.values.begin(), forces.values.end(), 0);
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      check_id(state, forces.ids[k]);
+      std::copy_n(values[k].begin(), Dim, forces.values.begin() + static_cast<std::ptrdiff_t>(forces.ids[k] * Dim));
+    }
+  }
+  void check_id(const State& state, Index id) const {
+    if (id < 0 || id >= static_cast<Index>(volumes.size())) state.fail("ids", fmt::format("has {}, which no particle has", id));
   }
 
   void start_update() {
@@ -109,6 +138,21 @@ struct PairContact<Dim>::Pair {
   bool is_searched = false;                        ///< Candidates are known.
   Extent<Dim> box{};                               ///< Around what may touch before the next search [m].
   std::array<std::vector<Index>, 2> candidates{};  ///< Ids of the particles that were in it.
+  void declare_state(State& state) {
+    for (std::size_t s : {0, 1}) {
+      state.in(s == 0 ? "first" : "second", [&] {
+        const std::size_t count = at_touch[s].size();
+        state.add("at_touch", at_touch[s]);
+        if (at_touch[s].size() != count) state.fail("at_touch", fmt::format("has {} numbers, not {}", at_touch[s].size(), count));
+        state.rows("holds", holds[s]);
+        state.add("candidates", candidates[s]);
+      });
+    }
+    state.add("is_near", is_near);
+    state.add("is_searched", is_searched);
+    state.add("box_lower", box.lower);
+    state.add("box_upper", box.upper);
+  }
 };
 
 /// The particles of one body that are near another one.
@@ -390,6 +434,20 @@ PairContact<Dim>::PairContact(const Case& problem, std::vector<const Body<Dim>*>
       const Real w = kernel.over_plane(0);
       const Real omega = std::sqrt(3 * stiffness * w * w * (1 / points_[a].density + 1 / points_[b].density));
       stable_dt_ = std::min(stable_dt_, k_step_share * 2 / omega);
+    }
+  }
+}
+
+template <int Dim>
+void PairContact<Dim>::declare_state(State& state) {
+  state.parts("body", points_);
+  state.parts("pair", pairs_);
+  state.add("is_first", is_first_);
+  state.add("free_way", free_way_);
+  if (!state.is_loading()) return;
+  for (const Pair& pair : pairs_) {
+    for (std::size_t s : {0, 1}) {
+      for (const Index id : pair.candidates[s]) points_[pair.bodies[s]].check_id(state, id);
     }
   }
 }

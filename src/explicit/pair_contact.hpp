@@ -56,6 +56,7 @@ class PairContact {
   Real dissipated() const { return dissipated_; }
   /// Largest stable step [s], of two surfaces against each other.
   Real stable_dt() const { return stable_dt_; }
+  void declare_state(State& state);
 
  private:
   struct Points;
@@ -63,9 +64,14 @@ class PairContact {
   struct Pair;
   /// The spring of a particle that rubs.
   struct Hold {
-    Index id;
-    Vec<Dim> pulled;  ///< Along the surface [m].
-    Real energy;      ///< [J]
+    Index id = -1;
+    Vec<Dim> pulled{};  ///< Along the surface [m].
+    Real energy = 0;    ///< [J]
+    void declare_state(State& state) {
+      state.add("id", id);
+      state.add("pulled", pulled);
+      state.add("energy", energy);
+    }
   };
 
   static Real reach_of(const Pair& pair);

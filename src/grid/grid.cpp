@@ -125,19 +125,25 @@ void Grid<Dim, R>::set_up(TileType& tile, const Place<Dim>& node) const {
 }
 
 template <int Dim, class R>
+Tile<Dim, R>* Grid<Dim, R>::make_tile(Band& band, const Place<Dim>& node) {
+  TileType* tile = nullptr;
+  if (band.unused.empty()) {
+    tile = new (tiles_.take(sizeof(TileType))) TileType;
+  } else {
+    tile = band.unused.back();
+    band.unused.pop_back();
+  }
+  set_up(*tile, node);
+  band.tiles.push_back(tile);
+  return tile;
+}
+
+template <int Dim, class R>
 Tile<Dim, R>* Grid<Dim, R>::acquire(const Place<Dim>& node) {
   Band& band = bands_[static_cast<std::size_t>(band_of_node_row(node[Dim - 1]))];
   TileType*& tile = band.by_key[key_of(node)];
   if (tile == nullptr) {
-    if (band.unused.empty()) {
-      tile = new (tiles_.take(sizeof(TileType))) TileType;
-    } else {
-      tile = band.unused.back();
-      band.unused.pop_back();
-    }
-    set_up(*tile, node);
-    band.tiles.push_back(tile);
-    TileType* const made = tile;  // the map may move when twins are made
+    TileType* const made = tile = make_tile(band, node);  // the map may move when twins are made
     ++made->user_count;
     // The tiles on the other side of a periodic direction are needed as long as this one, so for good.
     for (int d = 0; d < Dim && made->is_at_periodic_side; ++d) {
@@ -349,6 +355,89 @@ void Grid<Dim, R>::clear() {
   for_each_band([&](std::size_t b) {
     for (TileType* tile : bands_[b].tiles) tile->values = NodeValues<Dim, R>{};
   });
+}
+
+template <int Dim, class R>
+void Grid<Dim, R>::remove_tiles() {
+  for (Band& band : bands_) {
+    band.unused.insert(band.unused.end(), band.tiles.begin(), band.tiles.end());
+    band.tiles.clear();
+    band.by_key.clear();
+  }
+}
+
+template <int Dim, class R>
+void Grid<Dim, R>::declare_state(State& state) {
+  // The order of the tiles is that in which their books are added.
+  std::vector<Place<Dim>> firsts;
+  std::vector<int> users;
+  for (const Band& band : bands_) {
+    for (const TileType* tile : band.tiles) {
+      firsts.push_back(tile->first);
+      users.push_back(tile->user_count);
+    }
+  }
+  if (state.is_loading()) {
+    firsts.clear();
+    users.clear();
+  }
+  state.add("tile_first_node", firsts);
+  state.add("tile_users", users);
+  std::vector<TileType*> tiles;
+  if (!state.is_loading()) {
+    for (const Band& band : bands_) tiles.insert(tiles.end(), band.tiles.begin(), band.tiles.end());
+  } else {
+    if (users.size() != firsts.size()) state.fail("tile_users", "has not one number for each tile");
+    std::vector<std::vector<TileType*>> ordered(bands_.size());
+    for (std::size_t k = 0; k < firsts.size(); ++k) {
+      const Place<Dim>& node = firsts[k];
+      for (std::size_t d = 0; d < Dim; ++d) {
+        if (node[d] < 0 || node[d] >= nodes(static_cast<int>(d)) + (d == 0 ? 2 * k_lanes<R> : 0) || (d == 0 && node[d] % k_lanes<R> != 0))
+          state.fail("tile_first_node", fmt::format("has a node ({}) that the grid does not have", fmt::join(node, ", ")));
+      }
+      const auto b = static_cast<std::size_t>(band_of_node_row(node[Dim - 1]));
+      TileType*& tile = bands_[b].by_key[key_of(node)];
+      if (tile == nullptr) tile = make_tile(bands_[b], node);
+      tile->user_count = users[k];
+      ordered[b].push_back(tile);
+      tiles.push_back(tile);
+    }
+    for (std::size_t b = 0; b < bands_.size(); ++b) {
+      if (ordered[b].size() != bands_[b].tiles.size()) state.fail("tile_first_node", "has not the nodes around all particles");
+      bands_[b].tiles = std::move(ordered[b]);
+    }
+  }
+  using Lanes = std::array<R, k_lanes<R>>;
+  const auto add = [&](const std::string& name, auto&& lanes_of) {
+    std::vector<Lanes> all(state.is_loading() ? 0 : tiles.size());
+    for (std::size_t k = 0; k < all.size(); ++k) std::copy_n(lanes_of(tiles[k]->values), k_lanes<R>, all[k].data());
+    state.add(name, all);
+    if (all.size() != tiles.size()) state.fail(name, fmt::format("has {} rows, not {}", all.size(), tiles.size()));
+    for (std::size_t k = 0; k < all.size(); ++k) std::copy_n(all[k].data(), k_lanes<R>, lanes_of(tiles[k]->values));
+  };
+  add("mass", [](NodeValues<Dim, R>& values) { return &values.mass[0]; });
+  add("moved_mass", [](NodeValues<Dim, R>& values) { return &values.moved_mass[0]; });
+  for (int d = 0; d < Dim; ++d) {
+    const std::string axis(1, "xyz"[d]);
+    add("momentum_" + axis, [d](NodeValues<Dim, R>& values) { return &values.momentum[d][0]; });
+    add("force_" + axis, [d](NodeValues<Dim, R>& values) { return &values.force[d][0]; });
+    add("velocity_" + axis, [d](NodeValues<Dim, R>& values) { return &values.velocity[d][0]; });
+  }
+  // Which surfaces pressed and held in the last step, for the first velocities of the next.
+  std::vector<std::array<bool, 2>> touches;
+  for (const TileType* tile : tiles) {
+    for (const SurfaceContact<Dim>& contact : tile->contacts) touches.push_back({contact.presses, contact.sticks});
+  }
+  const std::size_t touch_count = touches.size();
+  state.add("surface_contacts", touches);
+  if (touches.size() != touch_count) state.fail("surface_contacts", fmt::format("has {} rows, not {}", touches.size(), touch_count));
+  std::size_t next = 0;
+  for (TileType* tile : tiles) {
+    for (SurfaceContact<Dim>& contact : tile->contacts) {
+      contact.presses = touches[next][0];
+      contact.sticks = touches[next++][1];
+    }
+  }
 }
 
 template <int Dim, class R>

@@ -15,6 +15,7 @@
 
 #include "case/grid_spec.hpp"
 #include "core/arena.hpp"
+#include "core/state.hpp"
 #include "geometry/region.hpp"
 #include "kernel/kernel.hpp"
 #include "solver/ledger.hpp"
@@ -172,6 +173,10 @@ class Grid {
   void finish_pass(Ledger& ledger);
   /// Clears everything that is summed.
   void clear();
+  /// Without tiles. No block may have any.
+  void remove_tiles();
+  /// What is mapped, for the next step finds it on the nodes. Loading: when all bodies have their blocks again.
+  void declare_state(State& state);
 
   /// Nodal mass and velocity of the last step, x fastest; 0 where no tile is.
   std::vector<Field> fields() const;
@@ -188,6 +193,7 @@ class Grid {
   Index key_of(const Place<Dim>& node) const;
   int band_of_node_row(int row) const { return std::min(row / band_rows_, band_count() - 1); }
   void set_up(TileType& tile, const Place<Dim>& node) const;
+  TileType* make_tile(Band& band, const Place<Dim>& node);
   template <class F>
   void for_each_band(F&& f);
   void work_tile(TileType& tile, std::size_t band);

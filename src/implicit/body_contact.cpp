@@ -386,7 +386,7 @@ Real BodyContact<Dim>::work_at_start() const {
 template <int Dim>
 Real BodyContact<Dim>::commit(bool is_dynamic) {
   Real taken = 0;
-  std::vector<std::array<std::map<Index, Hold>, 2>> holds(pairs_.size());
+  std::vector<std::array<std::map<Index, Hold<Dim>>, 2>> holds(pairs_.size());
   for (const Pair& pair : pairs_) {
     for (const auto& side : pair.holds) {
       for (const auto& [id, hold] : side) taken += hold.energy;
@@ -422,6 +422,22 @@ void BodyContact<Dim>::measure_energy() {
       energy_ += 0.5 * volume(patch.points[point]) * pairs_[patch.pair].stiffness * g * g;
     }
   }
+}
+
+template <int Dim>
+void BodyContact<Dim>::declare_state(State& state) {
+  for (Pair& pair : pairs_) {
+    const auto name = [&](std::size_t side) { return space_.sources()[pair.sources[side]].points->name(); };
+    for (std::size_t side : {0, 1}) {
+      state.in(name(side) + "|" + name(1 - side), [&] {
+        const std::size_t count = pair.at_touch[side].size();
+        state.add("at_touch", pair.at_touch[side]);
+        if (pair.at_touch[side].size() != count) state.fail("at_touch", fmt::format("has not {} numbers", count));
+        state.rows("holds", pair.holds[side]);
+      });
+    }
+  }
+  state.add("is_first", is_first_);
 }
 
 template class BodyContact<2>;

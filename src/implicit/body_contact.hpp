@@ -19,6 +19,7 @@
 
 #include "body/mirror_image.hpp"
 #include "geometry/pair_kernel.hpp"
+#include "implicit/pressing.hpp"
 #include "implicit/step_space.hpp"
 
 namespace matpoint {
@@ -84,21 +85,16 @@ class BodyContact {
   void measure_energy();
   /// Changes when the patches do.
   Index pattern() const { return pattern_; }
+  void declare_state(State& state);
 
  private:
-  /// The spring of a particle that rubs.
-  struct Hold {
-    Vec<Dim> pulled{};  ///< Along the surface [m].
-    Real energy = 0;    ///< [J]
-    bool slips = false;
-  };
   struct Pair {
     std::array<std::size_t, 2> sources;
     PairKernel<Dim> kernel;
-    Real stiffness;                               ///< K [Pa]
-    std::array<std::vector<Real>, 2> at_touch;    ///< c0 of each particle, by id [1].
-    std::array<std::map<Index, Hold>, 2> holds;   ///< By id.
-    std::array<std::map<Index, Real>, 2> shifts;  ///< Of <g> at the start of the step, by id [1].
+    Real stiffness;                                   ///< K [Pa]
+    std::array<std::vector<Real>, 2> at_touch;        ///< c0 of each particle, by id [1].
+    std::array<std::map<Index, Hold<Dim>>, 2> holds;  ///< By id.
+    std::array<std::map<Index, Real>, 2> shifts;      ///< Of <g> at the start of the step, by id [1].
   };
   /// A neighbour in a step.
   struct Near {

@@ -248,6 +248,29 @@ std::vector<Real> FaceContacts<Dim>::slip(const StepSpace<Dim>& space, const std
   return all;
 }
 
+template <int Dim>
+void FaceContacts<Dim>::declare_state(matpoint::State& state) {
+  const std::size_t count = nodes_.size();
+  std::vector<State> states;
+  std::vector<Vec<Dim>> directions;
+  std::vector<Real> reaches;
+  for (const Node& one : nodes_) {
+    states.push_back(one.state);
+    directions.push_back(one.direction);
+    reaches.push_back(one.reach);
+  }
+  state.add("state", states);
+  state.add("direction", directions);
+  state.add("reach", reaches);
+  if (states.size() != count || directions.size() != count || reaches.size() != count) state.fail("state", "has not one row for each node");
+  for (std::size_t k = 0; k < count; ++k) {
+    nodes_[k].state = states[k];
+    nodes_[k].direction = directions[k];
+    nodes_[k].reach = reaches[k];
+  }
+  if (state.is_loading() && !is_empty()) mark();
+}
+
 template class FaceContacts<2>;
 template class FaceContacts<3>;
 

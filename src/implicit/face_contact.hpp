@@ -46,6 +46,7 @@ class FaceContacts {
   int held() const { return held_; }
   int slipping() const { return slipping_; }
   int unsettled() const { return unsettled_; }
+  void declare_state(matpoint::State& state);
 
  private:
   enum class State { free, slips, sticks };

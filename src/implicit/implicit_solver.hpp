@@ -32,6 +32,7 @@ class NodalWork {
   Real end() const { return end_; }
   /// Another force in the place of the last step's, by active node and component [N].
   void start_with(const StepSpace<Dim>& space, const std::vector<Real>& force);
+  void declare_state(State& state) { state.add("force", last_); }
 
  private:
   std::vector<Real> last_;  ///< By slot of the space and component [N].
@@ -50,6 +51,7 @@ class ImplicitSolver final : public Solver {
   Real stable_dt() const override { return std::numeric_limits<Real>::infinity(); }
   const std::vector<Escape>& escapes() const override { return escapes_; }
   void remove_escaped() override;
+  void declare_state(State& state) override;
 
   std::size_t body_count() const override { return sources_.size(); }
   const std::string& body_name(std::size_t body) const override { return sources_[body].points->name(); }
@@ -160,6 +162,11 @@ class ImplicitSolver final : public Solver {
     BoundaryTotals totals;
     NodalWork<Dim> work;
     NodalWork<Dim> in_slip;  ///< The share of the work in slip along faces, which dissipates.
+    void declare_state(State& state) {
+      state.part("totals", totals);
+      state.part("work", work);
+      state.part("in_slip", in_slip);
+    }
   };
   /// What balance() changes.
   struct StepStart {

@@ -337,6 +337,45 @@ void ImplicitSolver<Dim>::measure_contact() {
 }
 
 template <int Dim>
+void ImplicitSolver<Dim>::declare_state(State& state) {
+  state.in("body", [&] {
+    for (const PointSource<Dim>& source : sources_) {
+      if (source.fem != nullptr)
+        state.part(source.points->name(), *source.fem);
+      else
+        state.part(source.points->name(), *source.points);
+    }
+  });
+  state.part("space", space_);
+  state.part("faces", contacts_);
+  state.part("contact", contact_);
+  state.part("sides", sides_);
+  state.parts("boundary", boundaries_);
+  state.parts("pair", pairs_);
+  state.part("traction_work", traction_work_);
+  state.part("soft_work", soft_work_);
+  state.part("ledger", ledger_);
+  state.add("gravity", gravity_);
+  state.add("time", time_);
+  state.add("has_acceleration", has_acceleration_);
+  state.add("acceleration_gravity", acceleration_gravity_);
+  state.add("gravity_force", gravity_force_);
+  state.add("body_force_force", body_force_force_);
+  state.add("reaction", reaction_);
+  // What the rule of the next step goes by.
+  state.add("newton_iterations", iterations_);
+  state.add("step_cuts", cuts_);
+  if (reset_) {
+    std::vector<Vec<Dim>> nodes;
+    for (Index n = 0; n < basis_->node_count(); ++n) nodes.push_back(basis_->node_position(n));
+    state.add("background_nodes", nodes);
+    if (static_cast<Index>(nodes.size()) != basis_->node_count()) state.fail("background_nodes", "has not one row for each node");
+    if (state.is_loading()) basis_->set_nodes(std::move(nodes));
+  }
+  if (state.is_loading()) find_escapes();
+}
+
+template <int Dim>
 std::vector<std::string> ImplicitSolver<Dim>::field_names(std::size_t) const {
   return particle_field_names();
 }

@@ -3,9 +3,23 @@
 
 #include <algorithm>
 
+#include "core/state.hpp"
 #include "core/types.hpp"
 
 namespace matpoint {
+
+/// The spring along a surface of a particle that rubs on it.
+template <int Dim>
+struct Hold {
+  Vec<Dim> pulled{};  ///< [m]
+  Real energy = 0;    ///< [J]
+  bool slips = false;
+  void declare_state(State& state) {
+    state.add("pulled", pulled);
+    state.add("energy", energy);
+    state.add("slips", slips);
+  }
+};
 
 /// The change of <g>^2 / 2 over that of g, with which energy is kept over any step (Gonzalez 1996), and its derivative by the second g; in
 /// statics its slope at the end.

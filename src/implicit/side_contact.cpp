@@ -298,12 +298,13 @@ std::vector<typename SideContact<Dim>::Action> SideContact<Dim>::actions(const s
 
 template <int Dim>
 void SideContact<Dim>::commit(const std::vector<Real>& u, bool is_dynamic) {
-  std::vector<std::vector<std::map<Index, Hold>>> holds(sides_.size(), std::vector<std::map<Index, Hold>>(space_.sources().size()));
+  std::vector<std::vector<std::map<Index, Hold<Dim>>>> holds(sides_.size(),
+                                                             std::vector<std::map<Index, Hold<Dim>>>(space_.sources().size()));
   for_each_touch(u, is_dynamic, [&](std::size_t s, std::size_t cell, Index k, const Touch& one, const Vec<Dim>&) {
     const std::size_t source = space_.source_of(cell);
     const auto p = static_cast<std::size_t>(space_.particles()[static_cast<std::size_t>(k)]);
     if (sides_[s].friction == 0) return;
-    Hold hold;
+    Hold<Dim> hold;
     for (std::size_t d = 0; d < Dim; ++d) hold.pulled[d] = one.force[d] / one.stiffness;
     hold.energy = 0.5 * one.stiffness * dot(hold.pulled, hold.pulled);
     hold.slips = one.slips;
@@ -326,6 +327,23 @@ void SideContact<Dim>::measure_energy(const std::vector<Real>& u) {
     const Real g = std::max(Real{0}, one.g1);
     energy_ += 0.5 * one.stiffness * one.depth * g * g / (one.depth - g);
   });
+}
+
+template <int Dim>
+void SideContact<Dim>::declare_state(State& state) {
+  for (std::size_t s = 0; s < sides_.size(); ++s) {
+    Side& side = sides_[s];
+    state.in(std::to_string(s), [&] {
+      state.add("place", side.place);
+      for (std::size_t source = 0; source < side.holds.size(); ++source) {
+        state.in(space_.sources()[source].points->name(), [&] {
+          state.rows("holds", side.holds[source]);
+          state.rows("laid", side.laid[source]);
+        });
+      }
+    });
+  }
+  state.add("is_first", is_first_);
 }
 
 template class SideContact<2>;

@@ -61,14 +61,9 @@ class SideContact {
   void measure_energy(const std::vector<Real>& u);
   /// Stored now [J].
   Real energy() const { return energy_; }
+  void declare_state(State& state);
 
  private:
-  /// The spring along the side of a particle that presses.
-  struct Hold {
-    Vec<Dim> pulled{};  ///< [m]
-    Real energy = 0;    ///< [J]
-    bool slips = false;
-  };
   /// What forces that are linearised at the start of a step have beside those of the places.
   struct Shift {
     Real pressed = 0;  ///< [m]
@@ -79,10 +74,10 @@ class SideContact {
     Real inward;  ///< 1 or -1
     Real place;   ///< Along the axis, now [m].
     int condition;
-    Real friction;                             ///< Infinite where what presses sticks.
-    std::vector<Shift> shifts;                 ///< By place among the space's particles; empty: none.
-    std::vector<std::map<Index, Hold>> holds;  ///< By source and id.
-    std::vector<std::map<Index, Real>> laid;   ///< d_p of particles that were laid nearer than half a spacing, the same.
+    Real friction;                                  ///< Infinite where what presses sticks.
+    std::vector<Shift> shifts;                      ///< By place among the space's particles; empty: none.
+    std::vector<std::map<Index, Hold<Dim>>> holds;  ///< By source and id.
+    std::vector<std::map<Index, Real>> laid;        ///< d_p of particles that were laid nearer than half a spacing, the same.
   };
   /// A particle at a side in a step.
   struct Touch {

@@ -406,6 +406,31 @@ void StepSpace<Dim>::correct_receding(Real t) {
   receding_count_ = static_cast<Index>(corrected_gradients_.size()) / width;
 }
 
+template <int Dim>
+void StepSpace<Dim>::declare_state(State& state) {
+  for (std::size_t s = 0; s < sources_.size(); ++s) {
+    state.in(sources_[s].points->name(), [&] {
+      std::vector<Index> elements;
+      for (const ElementPoint<Dim>& point : points_[s]) elements.push_back(point.element);
+      state.add("cell", elements);
+      if (!state.is_loading()) return;
+      if (elements.size() != static_cast<std::size_t>(sources_[s].points->count()))
+        state.fail("cell", "has not one number for each particle");
+      points_[s].clear();
+      for (std::size_t p = 0; p < elements.size(); ++p) {
+        if (elements[p] < 0 || elements[p] >= basis_.cell_count()) state.fail("cell", "has a cell that the grid does not have");
+        points_[s].push_back({elements[p], {}});
+      }
+    });
+  }
+  state.add("released", released_);
+  if (!released_.empty() && released_.size() != static_cast<std::size_t>(slot_count() * Dim))
+    state.fail("released", "has not one number for each node's component");
+  if (!state.is_loading()) return;
+  has_places_ = true;
+  cells_.clear();  // so that the nodes are numbered anew
+}
+
 template class NodeConditions<2>;
 template class NodeConditions<3>;
 template class StepSpace<2>;

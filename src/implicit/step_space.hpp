@@ -121,6 +121,8 @@ class StepSpace {
   int unknown_count() const { return unknown_count_; }
   /// Changes when cells, nodes or unknowns do.
   Index pattern() const { return pattern_; }
+  /// In which cells particles were found last, for the next search begins there, and what is released. After the bodies.
+  void declare_state(State& state);
 
  private:
   /// A face of a cell from which particles may recede.

@@ -127,6 +127,21 @@ void Health::look(const std::vector<Real>& row) {
   for (Range& range : J_max_) take(range);
 }
 
+void Health::declare_state(State& state) {
+  state.part("kinetic_energy", kinetic_);
+  state.part("strain_energy", strain_);
+  state.part("gravitational_energy", gravitational_);
+  state.part("transfer_loss", transfer_loss_);
+  state.part("filter_dissipation", filter_dissipation_);
+  state.part("scheme_loss", scheme_loss_);
+  state.parts("J_min", J_min_);
+  state.parts("J_max", J_max_);
+  state.add("volume", volume_);
+  state.add("particles", particles_);
+  state.add("momentum_scale", momentum_scale_);
+  if (volume_.size() != J_min_.size() || momentum_scale_.size() != J_min_.size()) state.fail("volume", "has not one number for each body");
+}
+
 std::vector<HealthLine> Health::lines(const Snapshot& now) const {
   std::vector<HealthLine> lines;
   if (is_explicit_) {

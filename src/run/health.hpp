@@ -22,6 +22,7 @@ class Health {
   void look(const std::vector<Real>& row);
   /// All lines, of the present state and what was seen on the way.
   std::vector<HealthLine> lines(const Snapshot& now) const;
+  void declare_state(State& state);
 
  private:
   /// The extremes of one column.
@@ -29,6 +30,10 @@ class Health {
     std::size_t column = 0;
     Real lowest = std::numeric_limits<Real>::infinity();
     Real highest = -std::numeric_limits<Real>::infinity();
+    void declare_state(State& state) {
+      state.add("lowest", lowest);
+      state.add("highest", highest);
+    }
   };
   void add_energy(const Snapshot& now, std::vector<HealthLine>& lines) const;
   void add_noise(const Snapshot& now, std::vector<HealthLine>& lines) const;

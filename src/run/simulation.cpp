@@ -59,7 +59,7 @@ Simulation::operator Snapshot() const {
 }
 
 void Simulation::set_field(std::size_t body, const std::string& name, const std::vector<Real>& values) {
-  if (!broken_.empty()) throw SolverError("the simulation broke off in {}; its state is of no use any more, build it again", broken_);
+  check_usable();
   const auto energy = [](const BodyTotals& totals) { return totals.kinetic_energy + totals.strain_energy + totals.gravitational_energy; };
   const BodyTotals before = solver_->totals(body);
   initial_energy_ -= solver_->ledger().contact_energy;
@@ -67,6 +67,42 @@ void Simulation::set_field(std::size_t body, const std::string& name, const std:
   const BodyTotals after = solver_->totals(body);
   initial_energy_ += energy(after) - energy(before) + solver_->ledger().contact_energy;
   for (std::size_t d = 0; d < 3; ++d) initial_momentum_[d] += after.momentum[d] - before.momentum[d];
+}
+
+void Simulation::check_usable() const {
+  if (!broken_.empty()) throw SolverError("the simulation broke off in {}; its state is of no use any more, build it again", broken_);
+}
+
+void Simulation::declare_state(State& state) {
+  state.add("time", time_);
+  state.add("step", step_);
+  state.add("dt", dt_);
+  state.add("particle_left", particle_left_);
+  state.add("initial_energy", initial_energy_);
+  state.add("initial_momentum", initial_momentum_);
+  bool has_health = health_.has_value();
+  state.add("has_health", has_health);
+  if (has_health && !health_) health_.emplace(*this);
+  if (has_health) state.part("health", *health_);
+  state.part("solver", *solver_);
+}
+
+StateTable Simulation::save_state() {
+  check_usable();
+  StateTable table;
+  State state = State::saving(table);
+  declare_state(state);
+  return table;
+}
+
+void Simulation::load_state(const StateTable& table) {
+  check_usable();
+  State state = State::loading(table);
+  broken_ = "the middle of loading a state";
+  declare_state(state);
+  const std::vector<std::string> left_over = state.left_over();
+  if (!left_over.empty()) state.fail(left_over.front(), "is nothing that this case has");
+  broken_.clear();
 }
 
 std::vector<std::string> Simulation::warnings() const {
@@ -137,7 +173,7 @@ bool Simulation::has_reached(Real event) const {
 }
 
 void Simulation::step(Real latest) {
-  if (!broken_.empty()) throw SolverError("the simulation broke off in {}; its state is of no use any more, build it again", broken_);
+  check_usable();
   if (!health_) health_.emplace(*this);
   if (particle_left_)
     throw SolverError("t = {:.8g} s: a particle has left the grid, and particles_outside = \"stop\" ends the simulation there", time_);

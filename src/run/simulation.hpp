@@ -55,6 +55,12 @@ class Simulation {
   /// the balances of the history stay closed.
   void set_field(std::size_t body, const std::string& name, const std::vector<Real>& values);
 
+  /// All that decides how it goes on, after a step.
+  StateTable save_state();
+  /// Goes on from the state of a simulation of the same case. Throws InputError where it does not fit, and then this one is of no use any
+  /// more.
+  void load_state(const StateTable& table);
+
   /// Runs to `until` [s] (default: the case's end), writing into `results` when given. The flag, set from elsewhere (a signal
   /// handler), ends the run at a step boundary with everything written.
   RunEnd run(ResultsFolder* results = nullptr, std::optional<Real> until = {}, const std::atomic<int>* interrupt = nullptr);
@@ -78,6 +84,8 @@ class Simulation {
   bool has_reached(Real event) const;
   void handle_escapes();
   HistoryRecord record(const ResultsFolder* results) const;
+  void declare_state(State& state);
+  void check_usable() const;
   void write_history(ResultsFolder* results, const HistoryRecord& record);
 
   Case case_;

@@ -1,6 +1,7 @@
 // The books of energy and momentum.
 #pragma once
 
+#include "core/state.hpp"
 #include "core/types.hpp"
 
 namespace matpoint {
@@ -29,6 +30,31 @@ struct Ledger {
   Real receding_work = 0;        ///< Brought in by its correction for receding particles [J].
   Real integrator_loss = 0;      ///< Taken from the kinetic energy by Newmark's formulas [J]; 0 for beta = 1/4, gamma = 1/2.
   Real reset_loss = 0;           ///< Taken by resets of the background: forces that balanced on the old one do not on the new one [J].
+
+  void declare_state(State& state) {
+    state.add("damping_dissipation", damping_dissipation);
+    state.add("viscous_dissipation", viscous_dissipation);
+    state.add("contact_dissipation", contact_dissipation);
+    state.add("contact_energy", contact_energy);
+    state.add("boundary_work", boundary_work);
+    state.add("filter_dissipation", filter_dissipation);
+    state.add("shift_work", shift_work);
+    state.add("boundary_impulse", boundary_impulse);
+    state.add("damping_impulse", damping_impulse);
+    state.add("gravity_impulse", gravity_impulse);
+    state.add("body_force_work", body_force_work);
+    state.add("body_force_impulse", body_force_impulse);
+    state.add("cutoff_impulse", cutoff_impulse);
+    state.add("returned_count", returned_count);
+    state.add("removed_count", removed_count);
+    state.add("removed_mass", removed_mass);
+    state.add("removed_momentum", removed_momentum);
+    state.add("removed_energy", removed_energy);
+    state.add("soft_dissipation", soft_dissipation);
+    state.add("receding_work", receding_work);
+    state.add("integrator_loss", integrator_loss);
+    state.add("reset_loss", reset_loss);
+  }
 
   /// What the bodies have lost of their energy by all of this, or keep between them [J].
   Real energy_spent() const {

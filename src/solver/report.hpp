@@ -1,6 +1,7 @@
 // What bodies, grids and solvers say about themselves: to the outputs, the checks and Python.
 #pragma once
 
+#include "core/state.hpp"
 #include "core/types.hpp"
 
 namespace matpoint {
@@ -27,6 +28,11 @@ struct BoundaryTotals {
   Vec3 force{};      ///< On the bodies, in the last step [N].
   Vec3 impulse{};    ///< Sum of force times time since the start [N s]; 0 without inertia.
   Real work = 0;     ///< Done on the bodies since the start [J].
+  void declare_state(State& state) {
+    state.add("force", force);
+    state.add("impulse", impulse);
+    state.add("work", work);
+  }
 };
 
 /// How the particles lie in memory: what the speed of a step depends on (docs/performance.md).

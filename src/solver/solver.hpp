@@ -55,6 +55,10 @@ class Solver {
   /// Nodal mass and velocity of the last step, x fastest.
   virtual std::vector<Field> grid_fields() const = 0;
 
+  /// Everything that decides the next step. Loading is into a solver of the same case; throws InputError where the state does not fit, and
+  /// then this solver is of no use any more.
+  virtual void declare_state(State& state) = 0;
+
   virtual BodyTotals totals(std::size_t body) const = 0;
   /// What each boundary that holds something does, in the order of the case; empty where the solver does not tell them apart.
   virtual std::vector<BoundaryTotals> boundaries() const { return {}; }

@@ -41,6 +41,7 @@ class FakeSolver : public Solver {
   Real stable_dt() const override { return 1; }
   const std::vector<Escape>& escapes() const override { return escapes_; }
   void remove_escaped() override {}
+  void declare_state(State&) override {}
   std::size_t body_count() const override { return bodies.size(); }
   const std::string& body_name(std::size_t body) const override { return bodies[body].name; }
   Index particle_count(std::size_t body) const override { return static_cast<Index>(bodies[body].ids.size()); }

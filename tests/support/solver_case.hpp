@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
 #include <functional>
 #include <memory>
 #include <string>
@@ -50,6 +51,28 @@ class VelocityFunction final : public VelocityField {
  private:
   Function f_;
 };
+
+/// Of the first array that two states do not have in common, bit by bit; empty if there is none.
+inline std::string difference_of(const StateTable& a, const StateTable& b) {
+  for (const StateTable* one : {&a, &b}) {
+    const StateTable& other = one == &a ? b : a;
+    for (const auto& [name, array] : *one) {
+      if (other.count(name) == 0) return name + " is not in both";
+    }
+  }
+  for (const auto& [name, array] : a) {
+    const bool is_same = std::visit(
+        [&](const auto& values) {
+          using Values = std::decay_t<decltype(values)>;
+          const auto* const others = std::get_if<Values>(&b.at(name));
+          return others != nullptr && values.size() == others->size() &&
+                 std::memcmp(values.data(), others->data(), values.size() * sizeof(values[0])) == 0;
+        },
+        array);
+    if (!is_same) return name;
+  }
+  return {};
+}
 
 /// A case from its text and changes to it, as with --set.
 inline Case read(const std::string& text, const std::vector<std::string>& sets = {}) {

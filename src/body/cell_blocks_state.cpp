@@ -1,0 +1,115 @@
+// The state of the particles of a body, as they lie in memory: which blocks of cells exist, also empty ones, and the order of the particles
+// in each cell decide the order of all sums, and so their last bits.
+#include <tuple>
+
+#include "body/cell_blocks.hpp"
+#include "core/state.hpp"
+
+namespace matpoint {
+namespace {
+
+/// Runs of fields that have a name in files; the id is apart, it is no number.
+template <int Dim>
+std::vector<std::tuple<std::string, int, int>> named_fields(const SlotLayout<Dim>& at) {
+  return {{"place_in_cell", at.x, Dim},
+          {"velocity", at.v, Dim},
+          {"deformation_gradient", at.F, Dim * Dim},
+          {"kirchhoff_stress", at.tau, k_stress_size<Dim>},
+          {"affine_velocity", at.C, Dim * Dim},
+          {"displacement", at.u, Dim},
+          {"body_force", at.b, Dim},
+          {"reference_volume", at.volume, 1},
+          {"history", at.history, at.history_count}};
+}
+
+}  // namespace
+
+template <int Dim, class R>
+void CellBlocks<Dim, R>::clear() {
+  remove_all();
+  for (Band& band : bands_) prune(band);
+  count_ = 0;
+}
+
+template <int Dim, class R>
+void CellBlocks<Dim, R>::declare_state(State& state) {
+  std::vector<Place<Dim>> firsts;
+  std::vector<std::array<int, L>> counts;
+  if (!state.is_loading()) {
+    for (const Band& band : bands_) {
+      for_each_block(band, [&](const BlockType& block) {
+        firsts.push_back(block.first);
+        std::array<int, L>& lanes = counts.emplace_back();
+        for (int lane = 0; lane < L; ++lane) lanes[static_cast<std::size_t>(lane)] = block.count(lane);
+      });
+    }
+  }
+  state.add("block_first_cell", firsts);
+  state.add("block_particle_counts", counts);
+  state.add("count", count_);
+  std::vector<R*> particles;  // cell by cell
+  if (state.is_loading()) {
+    if (firsts.size() != counts.size()) state.fail("block_particle_counts", "has not one row for each block");
+    for (std::size_t b = 0; b < firsts.size(); ++b) {
+      for (std::size_t d = 0; d < Dim; ++d) {
+        const int cell = firsts[b][d];
+        if (cell < 0 || cell >= grid_.cells(static_cast<int>(d)) || (d == 0 && cell % L != 0))
+          state.fail("block_first_cell", fmt::format("has a cell ({}) that the grid does not have", fmt::join(firsts[b], ", ")));
+      }
+      Band& band = bands_[static_cast<std::size_t>(band_of(firsts[b]))];
+      BlockType* const block = find_or_make(band, firsts[b]);
+      for (int lane = 0; lane < L; ++lane) {
+        const int count = counts[b][static_cast<std::size_t>(lane)];
+        // More particles than this in a cell would need more memory than a damaged file may ask for.
+        constexpr int k_cell_max = 1 << 24;
+        if (count < 0 || count > k_cell_max || (count > 0 && firsts[b][0] + lane >= grid_.cells(0)))
+          state.fail("block_particle_counts", fmt::format("has {} particles in one cell", count));
+        block->counts[lane] = static_cast<R>(count);
+        block->slot_count = std::max(block->slot_count, count);
+      }
+      while (block->held_count < block->slot_count) block->push_slot(take_slot(band));
+    }
+  }
+  for (const Band& band : bands_) {
+    for_each_block(band, [&](const BlockType& block) {
+      for (int lane = 0; lane < L; ++lane) {
+        for (int k = 0; k < block.count(lane); ++k) particles.push_back(block.slot(k) + lane);
+      }
+    });
+  }
+  std::vector<Index> ids;
+  for (const R* particle : particles) ids.push_back(state.is_loading() ? 0 : id_from_bits(particle[layout_.id * L]));
+  state.add("id", ids);
+  if (ids.size() != particles.size()) state.fail("id", fmt::format("has {} numbers, not {}", ids.size(), particles.size()));
+  for (std::size_t p = 0; p < ids.size() && state.is_loading(); ++p)
+    particles[p][layout_.id * L] = id_to_bits<R>(static_cast<std::uint32_t>(ids[p]));
+  for (const auto& [name, first, width] : named_fields(layout_)) {
+    if (first < 0 || width == 0) continue;
+    std::vector<R> values;
+    const auto w = static_cast<std::size_t>(width);
+    if (!state.is_loading()) {
+      values.reserve(particles.size() * w);
+      for (const R* particle : particles) {
+        for (int f = 0; f < width; ++f) values.push_back(particle[(first + f) * L]);
+      }
+    }
+    state.add(name, values);
+    if (!state.is_loading()) continue;
+    if (values.size() != particles.size() * w) state.fail(name, fmt::format("has {} numbers, not {}", values.size(), particles.size() * w));
+    for (std::size_t p = 0; p < particles.size(); ++p) {
+      for (std::size_t f = 0; f < w; ++f) particles[p][(first + static_cast<int>(f)) * L] = values[p * w + f];
+    }
+  }
+}
+
+// Used by particle_body_state.cpp.
+template void CellBlocks<2, double>::clear();
+template void CellBlocks<2, double>::declare_state(State&);
+template void CellBlocks<2, float>::clear();
+template void CellBlocks<2, float>::declare_state(State&);
+template void CellBlocks<3, double>::clear();
+template void CellBlocks<3, double>::declare_state(State&);
+template void CellBlocks<3, float>::clear();
+template void CellBlocks<3, float>::declare_state(State&);
+
+}  // namespace matpoint

@@ -1,0 +1,214 @@
+// A run that is saved and goes on from the saved state is the run that was never saved, to the last bit.
+#include <regex>
+
+#include "core/parallel.hpp"
+#include "support/from_toml.hpp"
+#include "support/solver_case.hpp"
+
+namespace matpoint::test {
+namespace {
+
+struct Continued {
+  std::string name;
+  std::string text;
+  int steps = 60;
+  friend void PrintTo(const Continued& of, std::ostream* to) { *to << of.name; }
+};
+
+constexpr const char* k_block = R"(
+[grid]
+upper = [1, 1]
+cells = [10, 10]
+[time]
+end = 1
+[[body]]
+name = "block"
+region = { type = "box", lower = [0.3, 0.1], upper = [0.6, 0.3] }
+velocity = { type = "uniform", value = [0.7, -1] }
+)";
+
+std::vector<Continued> continued() {
+  const std::string block = k_block;
+  const std::string solid =
+      "layout = { type = \"per_cell\", count = 4 }\nmaterial = { type = \"neo_hookean\", density = 1000, youngs_modulus = 1e5, "
+      "poissons_ratio = 0.3 }\n";
+  const std::string elastic = "material = { type = \"neo_hookean\", density = 1000, youngs_modulus = 1e5, poissons_ratio = 0.3 }\n";
+  const std::string water =
+      "layout = { type = \"per_cell\", count = 4 }\nmaterial = { type = \"newtonian_fluid\", density = 1000, viscosity = 0.01, "
+      "pressure_scale = 2000 }\n";
+  const std::string floor = "[[boundary]]\nside = \"bottom\"\nkind = \"fixed\"\n";
+  const std::string walls = floor + "[[boundary]]\nside = \"right\"\nkind = \"slip\"\n";
+  const std::string implicit = "[solver]\ntype = \"implicit\"\n";
+  const auto step = [](Real dt) { return fmt::format("[time]\nend = 1\ndt = {}\n", dt); };
+  const std::string given = "gravity = [0, -9.81]\n[grid]\nupper = [1, 1]\ncells = [10, 10]\n";
+  const auto box = [](const std::string& name, const char* lower, const char* upper, const std::string& more) {
+    return fmt::format("[[body]]\nname = \"{}\"\nregion = {{ type = \"box\", lower = {}, upper = {} }}\n{}", name, lower, upper, more);
+  };
+  const std::string thrown = "velocity = { type = \"uniform\", value = [0.7, -1] }\n";
+  const std::string resting = box("block", "[0.3, 0]", "[0.6, 0.3]", solid);
+  const std::string two = box("lower", "[0.2, 0.0]", "[0.8, 0.2]", solid) + box("upper", "[0.35, 0.21]", "[0.65, 0.4]", solid + thrown);
+  return {
+      {"defaults_floor", block + solid + floor},
+      {"floor_with_friction", block + solid + floor + "contact = \"friction\"\nfriction = 0.3\n"},
+      {"usf_floor_with_friction", block + solid + floor + "contact = \"friction\"\nfriction = 0.3\n[solver]\nstress_order = \"usf\"\n"},
+      {"floor_that_lets_go", block + solid + floor + "contact = \"no_tension\"\n"},
+      {"water_with_correction", block + water + walls, 120},
+      {"pairs_with_friction_usf",
+       given + "[time]\nend = 1\n" + two + floor + "[solver]\ncontact = \"pairs\"\nfriction = 0.3\nstress_order = \"usf\"\n", 170},
+      {"pairs_that_part", given + "[time]\nend = 1\n" + two + floor + "[solver]\ncontact = \"pairs\"\nfriction = 0.3\n", 330},
+      {"pairs_with_friction", given + "[time]\nend = 1\n" + two + floor + "[solver]\ncontact = \"pairs\"\nfriction = 0.3\n"},
+      {"fields_with_friction_usf",
+       given + "[time]\nend = 1\n" + two + floor + "[solver]\ncontact = \"multi_field\"\nfriction = 0.3\nstress_order = \"usf\"\n"},
+      {"periodic", given + "periodic = [\"x\"]\n[time]\nend = 1\n" + box("block", "[0.6, 0.1]", "[0.95, 0.3]", solid + thrown) + floor},
+      {"removed", given + "particles_outside = \"remove\"\n[time]\nend = 1\n" + box("block", "[0.7, 0.1]", "[0.95, 0.3]", solid + thrown),
+       100},
+      {"region",
+       block + water + "[[boundary]]\nregion = { type = \"box\", lower = [0.7, 0], upper = [0.9, 0.3] }\nkind = \"slip\"\n" + walls, 150},
+      {"implicit_splines", given + step(0.002) + implicit + resting + floor, 8},
+      {"implicit_bounce",
+       given + step(0.002) + implicit + box("block", "[0.3, 0.02]", "[0.6, 0.3]", solid + thrown) + floor + "contact = \"no_tension\"\n",
+       20},
+      {"implicit_bounce_on_nodes",
+       given + step(0.002) + implicit + box("block", "[0.3, 0.1]", "[0.6, 0.3]", solid + thrown) + floor +
+           "contact = \"friction\"\nfriction = 0.3\n",
+       24},
+      {"implicit_piston",
+       given + step(0.002) + implicit + resting +
+           "[[boundary]]\nside = \"bottom\"\nkind = \"velocity\"\nvelocity = [0, 0.5]\ncontact = \"no_tension\"\n",
+       12},
+      {"implicit_pairs", given + step(0.002) + implicit + "contact = \"pairs\"\nfriction = 0.3\n" + two + floor, 16},
+      {"implicit_pairs_static",
+       given + step(0.1) + implicit + "mode = \"static\"\ncontact = \"pairs\"\nfriction = 0.3\n" +
+           box("lower", "[0.2, 0.0]", "[0.8, 0.5]", solid) + box("upper", "[0.35, 0.5]", "[0.65, 1.0]", solid) + floor +
+           "[[boundary]]\nside = \"top\"\nkind = \"velocity\"\nvelocity = [0.02, -0.03]\n",
+       6},
+      {"implicit_slide_on_nodes",
+       given + step(0.005) + implicit + resting + "velocity = { type = \"uniform\", value = [0.7, 0] }\n" + floor +
+           "contact = \"friction\"\nfriction = 0.1\n",
+       30},
+      {"implicit_static", given + step(0.1) + implicit + "mode = \"static\"\n" + resting + floor, 6},
+      {"implicit_rule",
+       given + "[time]\nend = 1\nrule = { type = \"newton_count\", first = 0.001, smallest = 1e-5, largest = 0.01 }\n" + implicit +
+           resting + floor,
+       8},
+      {"implicit_elements",
+       given + step(0.002) + implicit + "basis = \"element\"\n" + box("plate", "[0, 0]", "[1, 0.2]", "method = \"elements\"\n" + elastic) +
+           box("block", "[0.3, 0.2]", "[0.6, 0.5]", solid) + floor,
+       8},
+  };
+}
+
+class ContinuedRun : public testing::TestWithParam<Continued> {};
+
+TEST_P(ContinuedRun, is_the_uninterrupted_run_to_the_last_bit) {
+  const Continued& of = GetParam();
+  set_thread_count(1);
+  Simulation whole(read(of.text));
+  StateTable saved;
+  for (int k = 0; k < of.steps; ++k) {
+    if (k == of.steps / 2) saved = whole.save_state();
+    whole.step();
+  }
+  set_thread_count(3);
+  Simulation second(read(of.text));
+  second.load_state(saved);
+  EXPECT_EQ(difference_of(saved, second.save_state()), "") << "what was loaded is not what was saved";
+  while (second.step_count() < of.steps) second.step();
+  set_thread_count(0);
+  EXPECT_EQ(difference_of(whole.save_state(), second.save_state()), "");
+  for (std::size_t b = 0; b < whole.solver().body_count(); ++b) {
+    for (const std::string& name : whole.solver().field_names(b))
+      EXPECT_EQ(whole.solver().field(b, name).values, second.solver().field(b, name).values) << name;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(all, ContinuedRun, testing::ValuesIn(continued()), [](const auto& parameter) { return parameter.param.name; });
+
+/// "solver/body/lower/velocity" is of the same declaration as that of another body: "solver/body/*/velocity".
+std::string declaration_of(const std::string& path) {
+  return std::regex_replace(
+      path, std::regex("/(block|lower|upper|plate|[0-9]+|(block|lower|upper)\\|(block|lower|upper))(?=/|$)|/grid(_of_[a-z]+)?(?=/)"), "/*");
+}
+
+/// With another value of what a state has, the next steps are others; what is there for reports alone is listed.
+TEST(State, has_nothing_that_decides_nothing) {
+  std::set<std::string> all, deciding;
+  for (const Continued& of : continued()) {
+    Simulation whole(read(of.text));
+    for (int k = 0; k < of.steps / 2; ++k) whole.step();
+    const StateTable saved = whole.save_state();
+    // What is loaded stays where no step reads it; so the two tables are compared without the thing itself.
+    const auto after = [&](const StateTable& table) {
+      Simulation sim(read(of.text));
+      sim.load_state(table);
+      sim.step();
+      sim.step();
+      return sim.save_state();
+    };
+    const StateTable right = after(saved);
+    for (const auto& [name, array] : saved) {
+      StateTable other = saved;
+      const bool is_changed = std::visit(
+          [](auto& values) {
+            using Value = typename std::decay_t<decltype(values)>::value_type;
+            if constexpr (std::is_floating_point_v<Value>) {
+              for (Value& value : values) value = value == 0 || !std::isfinite(value) ? Value(1e-3) : value * Value(1.001);
+              return !values.empty();
+            }
+            return false;  // whole numbers are counts and choices: another one may not fit
+          },
+          other.at(name));
+      if (!is_changed) continue;
+      all.insert(declaration_of(name));
+      try {
+        if (!difference_of(after(other), right).empty()) deciding.insert(declaration_of(name));
+      } catch (const std::exception&) {
+        deciding.insert(declaration_of(name));  // so much that nothing goes on
+      }
+    }
+  }
+  EXPECT_GT(deciding.size(), 60u);
+  std::vector<std::string> idle;
+  std::set_difference(all.begin(), all.end(), deciding.begin(), deciding.end(), std::back_inserter(idle));
+  // What outputs show of the last step; where escapes are looked for on a background that moves; what functions of time are asked with, of
+  // which these cases have none; what springs that let go are booked with; what a step without balanced
+  // accelerations starts from; and boxes that may be a little wider.
+  const std::set<std::string> reports = {"solver/*/moved_mass",
+                                         "solver/*/velocity_x",
+                                         "solver/*/velocity_y",
+                                         "solver/background_nodes",
+                                         "solver/pair/*/totals/force",
+                                         "solver/pairs/body/*/box_lower",
+                                         "solver/pairs/body/*/box_upper",
+                                         "solver/pairs/pair/*/first/holds/energy",
+                                         "solver/pairs/pair/*/second/holds/energy",
+                                         "solver/boundary/*/in_slip/force",
+                                         "solver/time"};
+  std::erase_if(idle, [&](const std::string& name) { return reports.count(name) > 0; });
+  EXPECT_EQ(fmt::format("{}", fmt::join(idle, " ")), "");
+}
+
+TEST(State, of_another_case_is_refused_with_the_difference) {
+  const std::string solid =
+      "layout = { type = \"per_cell\", count = 4 }\nmaterial = { type = \"neo_hookean\", density = 1000, youngs_modulus = 1e5, "
+      "poissons_ratio = 0.3 }\n";
+  Simulation one(read(k_block + solid));
+  const StateTable saved = one.save_state();
+  const auto load_into = [&](const std::vector<std::string>& sets, const StateTable& table) {
+    return complaint_of([&] { Simulation(read(k_block + solid, sets)).load_state(table); });
+  };
+  EXPECT_EQ(load_into({}, saved), "");
+  EXPECT_EQ(load_into({"body.block.name=ball"}, saved), "the state does not fit: solver/body/ball/block_first_cell is missing");
+  EXPECT_EQ(load_into({"solver.precision=single"}, saved),
+            "the state does not fit: solver/body/block/block_particle_counts has not one row for each block");
+  EXPECT_EQ(load_into({"solver.transfer=apic"}, saved), "the state does not fit: solver/body/block/affine_velocity is missing");
+  StateTable more = saved;
+  more["solver/pairs/energy"] = std::vector<double>{0};
+  EXPECT_EQ(load_into({}, more), "the state does not fit: solver/pairs/energy is nothing that this case has");
+  StateTable less = saved;
+  std::get<std::vector<double>>(less.at("solver/body/block/velocity")).pop_back();
+  EXPECT_NE(load_into({}, less).find("solver/body/block/velocity has "), std::string::npos);
+}
+
+}  // namespace
+}  // namespace matpoint::test
