@@ -3,13 +3,14 @@
 
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <string>
 #include <vector>
 
 namespace matpoint {
 
 /// Exit codes; a signal's is 128 + its number (docs/case_file.md lists them).
-enum ExitCode { k_exit_done = 0, k_exit_bug = 1, k_exit_input = 2, k_exit_failed = 3 };
+enum ExitCode { k_exit_done = 0, k_exit_bug = 1, k_exit_input = 2, k_exit_failed = 3, k_exit_time_limit = 75 };
 
 struct RunOptions {
   std::string program;  ///< argv[0]: the next command is offered with the same words.
@@ -18,6 +19,10 @@ struct RunOptions {
   std::vector<std::string> sets;
   std::string out;  ///< Empty: results/<case name>.
   bool is_overwrite = false;
+  std::string continued;                     ///< A results folder to go on in; empty: none.
+  std::string from;                          ///< A results folder or a state to start from; empty: none.
+  std::vector<std::string> checkpoint_sets;  ///< What --checkpoint-... says, as --set.
+  std::string time_limit;                    ///< [s]; empty: none.
 };
 
 struct PlotOptions {
@@ -28,6 +33,9 @@ struct PlotOptions {
 
 /// Runs a case into a results folder.
 int run_command(const RunOptions& options);
+
+/// Says how the run of a results folder stands.
+int status_command(const std::string& folder);
 
 /// Says what a run of the case would be: resolved values, sizes, time step, time needed. Writes nothing.
 int check_command(const std::string& case_name, const std::vector<std::string>& sets);
@@ -43,6 +51,15 @@ int plot_command(const PlotOptions& options);
 
 /// Becomes the benchmark, with the words after `bench`: returns only by InputError.
 int bench_command(std::vector<std::string> words);
+
+/// On standard output; a run does not end because nobody can read what it says.
+template <class... T>
+void say(fmt::format_string<T...> text, T&&... values) {
+  std::fputs(fmt::format(text, std::forward<T>(values)...).c_str(), stdout);
+}
+
+/// If standard output could not be written, says so on standard error, and no more of it.
+void settle_standard_output();
 
 /// Prints `warning: ...` on standard error.
 void print_warning(const std::string& text);

@@ -43,8 +43,10 @@ void add_threads(CLI::App& command, Arguments& arguments) {
   command.add_option("--threads", arguments.threads, "Threads; 0 (the default) takes all processors")->type_name("N");
 }
 
-void add_case(CLI::App& command, std::string& name, std::vector<std::string>& sets) {
-  command.add_option("CASE", name, "A case file, or the name of a shipped case (`matpoint list cases`)")->required()->type_name("");
+void add_case(CLI::App& command, std::string& name, std::vector<std::string>& sets, bool is_required = true) {
+  command.add_option("CASE", name, "A case file, or the name of a shipped case (`matpoint list cases`)")
+      ->required(is_required)
+      ->type_name("");
   // One value per --set: otherwise `--set a=1 CASE` would swallow the case.
   command.add_option("--set", sets, "Change a value of the case, e.g. --set solver.flip=0.99; may be repeated")
       ->allow_extra_args(false)
@@ -53,10 +55,31 @@ void add_case(CLI::App& command, std::string& name, std::vector<std::string>& se
 
 void add_run(CLI::App& app, Arguments& arguments) {
   CLI::App& command = *app.add_subcommand("run", "Run a case and write its results into a folder");
-  add_case(command, arguments.run.case_name, arguments.run.sets);
+  add_case(command, arguments.run.case_name, arguments.run.sets, false);
   add_threads(command, arguments);
   command.add_option("--out", arguments.run.out, "Results folder; default: results/<case name>")->type_name("DIR");
   command.add_flag("--overwrite", arguments.run.is_overwrite, "Replace the results of an earlier run in that folder");
+  command.add_option("--continue", arguments.run.continued, "Go on with the run of a results folder, from its last checkpoint")
+      ->type_name("DIR");
+  command.add_option("--from", arguments.run.from, "Start a new run from the last checkpoint of a results folder, or from a state")
+      ->type_name("DIR");
+  for (const auto& [option, help] :
+       {std::pair("steps", "Checkpoint after every so many steps"), std::pair("time", "Checkpoint after so much simulated time [s]"),
+        std::pair("wall", "Checkpoint after so many seconds of computing")}) {
+    const std::string key = std::string("output.checkpoint_") + option + "=";
+    command
+        .add_option_function<std::string>(
+            std::string("--checkpoint-") + option,
+            [&arguments, key](const std::string& value) { arguments.run.checkpoint_sets.push_back(key + value); }, help)
+        ->type_name(std::string(option) == "steps" ? "N" : "T");
+  }
+  command.add_option("--time-limit", arguments.run.time_limit, "End after so many seconds with a checkpoint, and exit with 75")
+      ->type_name("T");
+}
+
+void add_status(CLI::App& app, Arguments& arguments) {
+  CLI::App& command = *app.add_subcommand("status", "Say how the run of a results folder stands: running, finished, dead");
+  command.add_option("DIR", arguments.name, "The results folder")->required()->type_name("");
 }
 
 void add_check(CLI::App& app, Arguments& arguments) {
@@ -129,11 +152,28 @@ std::string parse_error_text(const CLI::App& app, const CLI::ParseError& error) 
   return fmt::format("{} {}", error.what(), see);
 }
 
+/// What a run starts from is said in one way.
+void check_run(const RunOptions& run) {
+  const int given = (run.case_name.empty() ? 0 : 1) + (run.continued.empty() ? 0 : 1) + (run.from.empty() ? 0 : 1);
+  if (given == 0) throw InputError("CASE is required (see `matpoint run --help`)");
+  if (given > 1)
+    throw InputError("CASE, --continue and --from exclude each other: a state has its own case; change it with --from DIR --set ...");
+  if (run.continued.empty()) return;
+  if (!run.sets.empty())
+    throw InputError("--set is not for --continue, which goes on with the same case; --from DIR --set ... starts a new run");
+  if (!run.out.empty() || run.is_overwrite)
+    throw InputError("--out and --overwrite are not for --continue, which writes on in the same folder");
+}
+
 int dispatch(const CLI::App& app, Arguments& arguments) {
   const std::string command = app.get_subcommands().front()->get_name();
   const int threads = read_threads(arguments.threads);
   set_thread_count(threads);
-  if (command == "run") return run_command(arguments.run);
+  if (command == "run") {
+    check_run(arguments.run);
+    return run_command(arguments.run);
+  }
+  if (command == "status") return status_command(arguments.name);
   if (command == "check") return check_command(arguments.name, arguments.sets);
   if (command == "list") return list_command(arguments.name);
   if (command == "explain") return explain_command(arguments.name);
@@ -156,6 +196,7 @@ int run_program(int argc, char** argv) {
   app.require_subcommand(1);
   app.footer("First steps: `matpoint list cases`, `matpoint run disks`, `matpoint plot results/disks`.");
   add_run(app, arguments);
+  add_status(app, arguments);
   add_check(app, arguments);
   add_list_and_explain(app, arguments);
   add_plot(app, arguments);
@@ -186,7 +227,7 @@ void limit_spinning(char** argv) {
 
 int fail(int code, const std::string& text) {
   std::fflush(stdout);
-  fmt::print(stderr, "error: {}\n", text);
+  std::fputs(fmt::format("error: {}\n", text).c_str(), stderr);  // where nobody can read it, the exit code says it
   return code;
 }
 

@@ -40,7 +40,7 @@ void Progress::update(const Simulation& simulation) {
     print_bar(simulation, fraction);
   } else if (const int tenths = static_cast<int>(fraction * 10 + 1e-9); tenths > tenths_ && tenths < 10) {
     tenths_ = tenths;
-    fmt::print("{:3d} %  {}\n", tenths * 10, status(simulation, fraction));
+    say("{:3d} %  {}\n", tenths * 10, status(simulation, fraction));
     std::fflush(stdout);
   }
 }
@@ -59,14 +59,14 @@ void Progress::print_bar(const Simulation& simulation, double fraction) {
                   std::string(static_cast<std::size_t>(k_bar_width - filled), '.'), 100 * fraction, status(simulation, fraction));
   // A line that wraps could not be replaced by the next one.
   line.resize(std::min(line.size(), terminal_width() - 1));
-  fmt::print("\r{}\x1b[K", line);
+  say("\r{}\x1b[K", line);
   std::fflush(stdout);
   has_line_ = true;
 }
 
 void Progress::clear() {
   if (!has_line_) return;
-  fmt::print("\r\x1b[K");
+  say("\r\x1b[K");
   std::fflush(stdout);
   has_line_ = false;
 }

@@ -1,8 +1,10 @@
 // How the commands write numbers, words and warnings.
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
+#include <system_error>
 
 #include "commands.hpp"
 
@@ -10,7 +12,15 @@ namespace matpoint {
 
 void print_warning(const std::string& text) {
   std::fflush(stdout);  // in a terminal the two streams are one text
-  fmt::print(stderr, "warning: {}\n", text);
+  std::fputs(fmt::format("warning: {}\n", text).c_str(), stderr);
+}
+
+void settle_standard_output() {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return;
+  const std::string reason = std::generic_category().message(errno);
+  // What is still in the buffer goes nowhere.
+  if (std::freopen("/dev/null", "w", stdout) == nullptr) return;
+  print_warning(fmt::format("cannot write to standard output: {}; the results are complete", reason));
 }
 
 std::string shell_word(const std::string& word) {

@@ -15,6 +15,8 @@
 #include "functions.hpp"
 #include "io/history.hpp"
 #include "io/results_folder.hpp"
+#include "io/state_file.hpp"
+#include "run/restart.hpp"
 #include "run/simulation.hpp"
 
 namespace matpoint::python {
@@ -27,6 +29,7 @@ const char* text_of(RunEnd ending) {
     case RunEnd::stopped_by_callback: return "stopped";
     case RunEnd::particle_left: return "stopped (a particle left the grid)";
     case RunEnd::interrupted: return "interrupted";
+    case RunEnd::time_limit: return "interrupted (time limit)";
     case RunEnd::finished: break;
   }
   return "finished";
@@ -64,7 +67,7 @@ class PythonSimulation {
     try {
       if (results_ && simulation_.step_count() > 0) results_->resume(simulation_);
       const nb::gil_scoped_release unlocked;
-      ending = simulation_.run(results_.get(), until, &interrupt_);
+      ending = simulation_.run(results_.get(), until, {&interrupt_, nullptr, {}});
       if (results_) results_->finish(simulation_, text_of(ending));
     } catch (const SolverError& error) {
       if (!results_) throw;
@@ -193,6 +196,22 @@ class PythonSimulation {
     return fields;
   }
 
+  /// With the history that was recorded.
+  void save(const std::string& path) {
+    require_between_steps();
+    write_state(path, state_now());
+  }
+  void load(const std::string& path) {
+    require_idle();
+    const FoundState found = find_state(path);
+    check_same_case(found, simulation_.problem());
+    load_from(found.table);
+  }
+  void copy_state(PythonSimulation& other) {
+    other.require_between_steps();
+    load_from(other.state_now());
+  }
+
   Table resolved() const { return nb::borrow<Table>(from_input(simulation_.problem().to_input())); }
 
   std::vector<std::string> warnings() const {
@@ -213,6 +232,23 @@ class PythonSimulation {
   }
 
  private:
+  StateTable state_now() {
+    StateTable table = simulation_.save_state();
+    std::vector<Real>& all = std::get<std::vector<Real>>(table.emplace(k_rows, std::vector<Real>{}).first->second);
+    for (const std::vector<Real>& row : rows_) all.insert(all.end(), row.begin(), row.end());
+    return table;
+  }
+  void load_from(const StateTable& table) {
+    simulation_.load_state(table);
+    rows_.clear();
+    const auto found = table.find(k_rows);  // a checkpoint of a run has its rows in history.csv
+    const auto* const all = found == table.end() ? nullptr : std::get_if<std::vector<Real>>(&found->second);
+    const auto width = static_cast<std::ptrdiff_t>(history_names_.size());
+    for (std::ptrdiff_t row = 0; all != nullptr && row + width <= static_cast<std::ptrdiff_t>(all->size()); row += width)
+      rows_.emplace_back(all->begin() + row, all->begin() + row + width);
+  }
+  static constexpr const char* k_rows = "history/rows";
+
   /// While it exists the simulation goes on, in this thread.
   class Running {
    public:
@@ -292,6 +328,15 @@ class PythonSimulation {
 }  // namespace
 
 void bind_simulation(nb::module_& m) {
+  m.def(
+      "case_of_state",
+      [](const std::string& path, bool is_given) {
+        const FoundState found = find_state(path);
+        if (is_given) return nb::make_tuple(std::string(), nb::dict());
+        const auto [input, name] = saved_case(found);
+        return nb::make_tuple(name, from_input(input));
+      },
+      nb::arg("path"), nb::arg("is_given"), nb::sig("def case_of_state(path: str, is_given: bool) -> tuple[str, dict[str, typing.Any]]"));
   using S = PythonSimulation;
   nb::class_<S>(m, "Simulation", "The core's simulation.")
       .def(nb::init<nb::handle, const std::string&>(), nb::arg("data"), nb::arg("name"))
@@ -317,6 +362,9 @@ void bind_simulation(nb::module_& m) {
           "node_field_names", [](const S& s, std::size_t body) { return s.solver().node_field_names(body); }, nb::arg("body"))
       .def("node_field", &S::node_field, nb::arg("body"), nb::arg("name"))
       .def("grid_fields", &S::grid_fields)
+      .def("save", &S::save, nb::arg("path"))
+      .def("load", &S::load, nb::arg("path"))
+      .def("copy_state", &S::copy_state, nb::arg("other"))
       .def("resolved", &S::resolved)
       .def("warnings", &S::warnings)
       .def("time", [](const S& s) { return s.simulation().time(); })

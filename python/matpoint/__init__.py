@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from matpoint.simulation import Case as Case
     from matpoint.simulation import CaseReport as CaseReport
     from matpoint.simulation import Simulation as Simulation
+    from matpoint.simulation import load as load
     from matpoint.simulation import set_threads as set_threads
     from matpoint.simulation import threads as threads
     from matpoint.state import BodyState as BodyState
@@ -65,6 +66,7 @@ _homes = {
     "HealthWarning": "health",
     "History": "history",
     "Simulation": "simulation",
+    "load": "simulation",
     "set_threads": "simulation",
     "threads": "simulation",
 }

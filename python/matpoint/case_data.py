@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import pickle
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -49,6 +50,22 @@ def refuse_functions(where: str, value: Any) -> None:
     elif isinstance(value, (list, tuple)):
         for index, item in enumerate(value):
             refuse_functions(f"{where}[{index}]", item)
+
+
+def require_picklable(where: str, value: Any) -> None:
+    """Raises InputError, with the place, for a function that cannot be pickled."""
+    if isinstance(value, (Where, FunctionLaw)) or callable(value):
+        try:
+            pickle.dumps(value)
+        except Exception as error:  # pickle raises whatever the object does
+            name = repr(value) if isinstance(value, (Where, FunctionLaw)) else name_of(value)
+            raise _core.InputError(f"{where} = {name} cannot be pickled: {error}; define it at the top of a module") from error
+    if isinstance(value, Mapping):
+        for key, item in value.items():
+            require_picklable(f"{where}.{key}", item)
+    elif isinstance(value, (list, tuple)):
+        for index, item in enumerate(value):
+            require_picklable(f"{where}[{index}]", item)
 
 
 def _without_functions(table: Mapping[str, Any], dim: int) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import os
 import sys
+import tempfile
 import weakref
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import nullcontext
@@ -15,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from matpoint import _core
-from matpoint.case_data import copied, node_axes, placeholders, plain, refuse_functions, text_of, to_core
+from matpoint.case_data import copied, node_axes, placeholders, plain, refuse_functions, require_picklable, text_of, to_core
 from matpoint.health import HealthLine, warn_of
 from matpoint.history import History
 from matpoint.parts import empty_section, part_of
@@ -412,16 +413,56 @@ class Simulation:
             return f"<simulation of {self._case.name}: running>"
         return f"<simulation of {self._case.name}: t = {self.time:.6g} s, step {self.step_count}, {bodies}>"
 
+    def save(self, path: str | Path) -> None:
+        """Writes a file with the state: everything that decides how the simulation goes on, and its history; `load` goes on from it.
+
+        Callbacks and an open results folder are not part of it. A file of that name is replaced when the new one is complete.
+
+        Raises:
+            InputError: The simulation is in the middle of a step.
+            SolverError: The file cannot be written, or the simulation broke off.
+        """
+        self._core.save(str(path))
+
+    def set_state(self, other: Simulation) -> None:
+        """Takes positions, velocities and deformation gradients of the bodies that both simulations have, by the particles' ids.
+
+        The grid, the scheme, loads and materials stay this simulation's own: the way from one grid to a finer one. The time stays, too.
+        For a run that goes on to the last bit, `save` and `load`.
+
+        Raises:
+            InputError: There is no such body, its particles have other ids, or a value cannot be taken (a position outside of the grid);
+                bodies before that one have been changed then.
+        """
+        common = [name for name in self.bodies if name in other.bodies]
+        if not common:
+            raise _core.InputError(f"set_state: no body of {list(other.bodies)} is one of this simulation, {list(self.bodies)}")
+        for name in common:
+            mine, theirs = self.bodies[name], other.bodies[name]
+            if not np.array_equal(mine.id, theirs.id):
+                raise _core.InputError(
+                    f'set_state: the particles of body "{name}" have other ids here ({len(mine)}) than there ({len(theirs)}); the '
+                    "bodies must have the same particles, so give their layout in a way that does not depend on the grid (lattice, points)"
+                )
+        for name in common:
+            mine, theirs = self.bodies[name], other.bodies[name]
+            for field in ("position", "velocity", "deformation_gradient"):
+                setattr(mine, field, np.asarray(getattr(theirs, field)))
+
     def __copy__(self) -> Simulation:
-        raise _core.InputError(
-            "a simulation cannot be copied; build its case again, and assign position, velocity and deformation_gradient"
-        )
+        made = Simulation(self._case)
+        made._core.copy_state(self._core)
+        return made
 
     def __deepcopy__(self, memo: object) -> Simulation:
         return self.__copy__()
 
-    def __reduce__(self) -> str:
-        raise _core.InputError("a simulation cannot be pickled; pickle its case, or write results (run(output=...))")
+    def __reduce__(self) -> tuple[Callable[[Case, bytes], Simulation], tuple[Case, bytes]]:
+        require_picklable("the case", self._case._data)
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "state.h5"
+            self.save(path)
+            return _unpickled, (self._case.copy(), path.read_bytes())
 
     def _scene(self) -> Scene:
         return _LiveScene(self)
@@ -449,6 +490,30 @@ class _LiveScene:
         return self.units.get(field_name, self.units.get(field_name.rpartition("_")[0], ""))
 
 
+def load(path: str | Path, case: Case | None = None) -> Simulation:
+    """A simulation that goes on where `Simulation.save`, or a checkpoint of a run, left it: to the last bit the one that was saved.
+
+    Args:
+        path: The file, or a results folder, whose last checkpoint is taken.
+        case: The case again, where it has Python functions, which no file can hold; else it is read from the state.
+
+    Raises:
+        InputError: There is no such file, it is damaged or of another version, the case has functions and is not given, or the given
+            case is another one: the text names the first difference.
+    """
+    data = _core.case_of_state(str(path), case is not None)
+    simulation = Simulation(Case(data[0], **data[1]) if case is None else case)
+    simulation._core.load(str(path))
+    return simulation
+
+
+def _unpickled(case: Case, state: bytes) -> Simulation:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "state.h5"
+        path.write_bytes(state)
+        return load(path, case)
+
+
 def _trampoline(simulation: Simulation, index: int) -> Callable[[], bool]:
     reference = weakref.ref(simulation)
 
@@ -462,4 +527,4 @@ def _trampoline(simulation: Simulation, index: int) -> Callable[[], bool]:
     return call
 
 
-__all__ = ["Case", "CaseReport", "Simulation", "set_threads", "threads"]
+__all__ = ["Case", "CaseReport", "Simulation", "load", "set_threads", "threads"]

@@ -239,6 +239,22 @@ Vec3 Case::gravity_at(Real t) const {
   return {factor * gravity[0], factor * gravity[1], factor * gravity[2]};
 }
 
+std::vector<std::string> Case::functions() const {
+  std::vector<std::string> all;
+  const auto is_text = [&](const RegionPointer& region) { return region && region->write(dim).kind() == Input::Kind::string; };
+  if (body_force) all.push_back("body_force");
+  for (const BodySpec& body : bodies) {
+    if (is_text(body.region)) all.push_back(fmt::format("region of body \"{}\"", body.name));
+    if (body.material->law_index() < 0) all.push_back(fmt::format("material of body \"{}\"", body.name));
+  }
+  const std::vector<std::string> names = boundary_names(boundaries);
+  for (std::size_t b = 0; b < boundaries.size(); ++b) {
+    if (is_text(boundaries[b].region)) all.push_back(fmt::format("region of boundary {}", names[b]));
+    if (boundaries[b].velocity_history) all.push_back(fmt::format("velocity of boundary {}", names[b]));
+  }
+  return all;
+}
+
 Input Case::to_input() const { return parameters_of<Case>().write(*this, dim); }
 
 std::vector<CaseSection> case_sections() {

@@ -53,6 +53,9 @@ struct Case {
   /// Gravity at time t [m/s^2]: by the table, or growing with the load steps of a quasi-static run that has none.
   Vec3 gravity_at(Real t) const;
 
+  /// What a program gave as functions, which no file can hold: "body_force", "boundary bottom: velocity", ...
+  std::vector<std::string> functions() const;
+
   /// All values with their defaults, as a case file would give them: from_input(to_input()) is the same case.
   Input to_input() const;
 };

@@ -51,8 +51,16 @@ void ImplicitSpec::declare(ParameterTable<ImplicitSpec>& table) {
                "dynamic: Newmark's method in time; static: no inertia, time is the load parameter and dt the load step.");
   table.choice("basis", &ImplicitSpec::basis, {{"bspline", BasisKind::bspline}, {"element", BasisKind::element}},
                "Functions of the background: quadratic B-splines on equal cells, or Lagrange elements.");
-  table.optional("element_order", "1", &ImplicitSpec::element_order, between_closed(1, 2),
-                 "Of basis = \"element\": 1 for corner nodes only, 2 for 9-node (27-node) elements.");
+  table.custom(
+      {"element_order", "1", "integer", "2", "in the interval [1, 2]",
+       "Of basis = \"element\": 1 for corner nodes only, 2 for 9-node (27-node) elements.", false},
+      [](ImplicitSpec& solver, const Input& input, const ReadContext& context) {
+        read_value(input, context, "element_order", between_closed(1, 2), solver.element_order);
+      },
+      [](const ImplicitSpec& solver, int) -> std::optional<Input> {
+        if (solver.basis != BasisKind::element) return std::nullopt;
+        return Input::integer(solver.element_order);
+      });
   table.optional("beta", "1", &ImplicitSpec::beta, between_closed(0.25, 1),
                  "Newmark's beta. 0.25 conserves best, but lets velocities that the grid cannot see grow; 0.3 bounds them.");
   table.optional("gamma", "1", &ImplicitSpec::gamma, between_closed(0.5, 1), "Newmark's gamma; above 0.5 it damps, and is first order.");

@@ -25,6 +25,10 @@ void OutputSpec::declare(ParameterTable<OutputSpec>& table) {
                  "Of field files: \"vtkhdf\" (ParaView 5.12 or newer, PyVista), \"vtu\" (older ParaView).");
   table.optional("fields", "1", &OutputSpec::fields, any_number(), "Fields to write; empty for all (`matpoint list fields`).");
   table.optional("grid", "1", &OutputSpec::grid, any_number(), "Whether the nodes' mass and velocity are written, too.");
+  table.optional("checkpoint_steps", "1", &OutputSpec::checkpoint_steps, positive(),
+                 "A checkpoint after every so many steps; the last two are kept (`matpoint run --continue`).");
+  table.optional("checkpoint_time", "s", &OutputSpec::checkpoint_time, positive(), "The same after so much simulated time.");
+  table.optional("checkpoint_wall", "s", &OutputSpec::checkpoint_wall, positive(), "The same after so many seconds of computing.");
   table.optional("precision", "1", &OutputSpec::precision, any_number(), "\"single\" or \"double\", of field files.");
   table.optional("compression", "1", &OutputSpec::compression,
                  Constraint{"an integer from 0 to 9", [](Real x) { return x >= 0 && x <= 9; }},

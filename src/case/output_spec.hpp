@@ -14,6 +14,9 @@ struct OutputSpec {
   std::vector<std::string> formats = {"vtkhdf"};
   std::vector<std::string> fields;  ///< Empty: all of the body's fields.
   bool grid = false;
+  std::optional<Index> checkpoint_steps;
+  std::optional<Real> checkpoint_time;  ///< Simulated [s].
+  std::optional<Real> checkpoint_wall;  ///< On the clock on the wall [s].
   std::string precision = "single";
   int compression = 0;  ///< Of VTKHDF files: gzip level, 0 for none.
   static void declare(ParameterTable<OutputSpec>& table);

@@ -36,10 +36,10 @@ void State::rows(const std::string& name, std::map<Index, Real>& numbers) {
   for (std::size_t k = 0; k < ids.size(); ++k) numbers[ids[k]] = values[k];
 }
 
-std::vector<std::string> State::left_over() const {
+std::vector<std::string> State::left_over(const std::string& below) const {
   std::vector<std::string> names;
   for (const auto& [name, array] : *from_) {
-    if (asked_for_.count(name) == 0) names.push_back(name);
+    if (name.starts_with(below) && asked_for_.count(name) == 0) names.push_back(name);
   }
   return names;
 }

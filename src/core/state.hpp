@@ -81,9 +81,11 @@ class State {
   /// Saves into the table.
   static State saving(StateTable& table) { return {&table, nullptr}; }
   /// Loads from it.
-  static State loading(const StateTable& table) { return {nullptr, &table}; }
+  static State loading(const StateTable& table, bool is_changed = false) { return {nullptr, &table, is_changed}; }
 
   bool is_loading() const { return from_ != nullptr; }
+  /// Whether the state is that of another case, with other loads or sides: what follows from these is made anew.
+  bool is_changed() const { return is_changed_; }
 
   /// A number, an array of numbers of fixed length, or a list of either; a text. Loading throws InputError where the table has nothing of
   /// the name, or not as many numbers.
@@ -184,11 +186,11 @@ class State {
   [[noreturn]] void fail(const std::string& name, const std::string& reason) const {
     throw InputError("the state does not fit: {}{} {}", path_, name, reason);
   }
-  /// What the table has and nothing has asked for; empty if all was loaded.
-  std::vector<std::string> left_over() const;
+  /// What the table has below a path and nothing has asked for; empty if all was loaded.
+  std::vector<std::string> left_over(const std::string& below) const;
 
  private:
-  State(StateTable* to, const StateTable* from) : to_(to), from_(from) {}
+  State(StateTable* to, const StateTable* from, bool is_changed = false) : to_(to), from_(from), is_changed_(is_changed) {}
 
   const StateArray& find(const std::string& name);
   void add_text(const std::string& name, std::string& value);
@@ -242,6 +244,7 @@ class State {
 
   StateTable* to_;
   const StateTable* from_;
+  bool is_changed_;
   std::set<std::string> asked_for_;
   std::string path_;
   Index rows_ = -1;  ///< Of the list that is being declared; -1: none.

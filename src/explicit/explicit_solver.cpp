@@ -215,19 +215,28 @@ void ExplicitSolver<Dim, R>::declare_state(State& state) {
   state.in("body", [&] {
     for (auto& body : bodies_) state.part(body->name(), *body);
   });
-  for (std::size_t g = 0; g < grids_.size(); ++g) state.part(grids_.size() == 1 ? "grid" : "grid_of_" + bodies_[g]->name(), *grids_[g]);
-  if (contact_) state.part("contact", *contact_);
+  for (std::size_t g = 0; g < grids_.size() && !state.is_changed(); ++g)
+    state.part(grids_.size() == 1 ? "grid" : "grid_of_" + bodies_[g]->name(), *grids_[g]);
+  if (contact_ && !state.is_changed()) state.part("contact", *contact_);
   if (pairs_) state.part("pairs", *pairs_);
   if (correction_) state.part("fluid_correction", *correction_);
-  state.part("ledger", ledger_);
-  state.add("gravity", gravity_);
   state.add("time", time_);
+  if (!state.is_changed()) {
+    state.part("ledger", ledger_);
+    state.add("gravity", gravity_);
+  }
   state.add("is_mapped", is_mapped_);
   state.in("body_force", [&] {
     particle_forces_.resize(body_force_ && body_force_->is_of_particles ? bodies_.size() : 0);
     for (std::size_t b = 0; b < particle_forces_.size(); ++b) state.add(bodies_[b]->name(), particle_forces_[b]);
   });
   if (!state.is_loading()) return;
+  if (state.is_changed()) {
+    is_mapped_ = false;
+    const Real factor = gravity_times_.empty() ? 1 : interpolated(gravity_times_, gravity_factors_, time_);
+    gravity_ = {factor * full_gravity_[0], factor * full_gravity_[1], factor * full_gravity_[2]};
+    update_pairs(0);
+  }
   std::copy_n(gravity_.begin(), Dim, dynamics_.gravity.begin());
   escapes_.clear();
   for (std::size_t b = 0; b < bodies_.size(); ++b) bodies_[b]->append_escapes(b, escapes_);

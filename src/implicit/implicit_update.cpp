@@ -347,16 +347,20 @@ void ImplicitSolver<Dim>::declare_state(State& state) {
     }
   });
   state.part("space", space_);
-  state.part("faces", contacts_);
+  if (!state.is_changed()) {
+    state.part("faces", contacts_);
+    state.part("sides", sides_);
+    state.parts("boundary", boundaries_);
+  }
   state.part("contact", contact_);
-  state.part("sides", sides_);
-  state.parts("boundary", boundaries_);
   state.parts("pair", pairs_);
   state.part("traction_work", traction_work_);
   state.part("soft_work", soft_work_);
-  state.part("ledger", ledger_);
-  state.add("gravity", gravity_);
   state.add("time", time_);
+  if (!state.is_changed()) {
+    state.part("ledger", ledger_);
+    state.add("gravity", gravity_);
+  }
   state.add("has_acceleration", has_acceleration_);
   state.add("acceleration_gravity", acceleration_gravity_);
   state.add("gravity_force", gravity_force_);
@@ -372,7 +376,11 @@ void ImplicitSolver<Dim>::declare_state(State& state) {
     if (static_cast<Index>(nodes.size()) != basis_->node_count()) state.fail("background_nodes", "has not one row for each node");
     if (state.is_loading()) basis_->set_nodes(std::move(nodes));
   }
-  if (state.is_loading()) find_escapes();
+  if (!state.is_loading()) return;
+  find_escapes();
+  if (!state.is_changed()) return;
+  gravity_ = case_.gravity_at(time_);
+  measure_contact();
 }
 
 template <int Dim>

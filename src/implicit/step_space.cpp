@@ -423,7 +423,7 @@ void StepSpace<Dim>::declare_state(State& state) {
       }
     });
   }
-  state.add("released", released_);
+  if (!state.is_changed()) state.add("released", released_);
   if (!released_.empty() && released_.size() != static_cast<std::size_t>(slot_count() * Dim))
     state.fail("released", "has not one number for each node's component");
   if (!state.is_loading()) return;

@@ -3,6 +3,8 @@
 #include <hdf5.h>
 
 #include <algorithm>
+#include <limits>
+#include <new>
 #include <utility>
 
 #include "core/error.hpp"
@@ -34,6 +36,7 @@ class Handle {
   ~Handle() {
     if (id_ >= 0) close_(id_);
   }
+  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
   Handle(const Handle&) = delete;
   Handle& operator=(const Handle&) = delete;
   operator hid_t() const { return id_; }
@@ -74,35 +77,99 @@ std::vector<hsize_t> dimensions(Index rows, const std::vector<Index>& row_shape)
   return all;
 }
 
-void make_dataset(hid_t file, const Hdf5Dataset& dataset, const std::filesystem::path& path) {
-  const std::vector<hsize_t> start = dimensions(0, dataset.row_shape);
-  std::vector<hsize_t> greatest = start;
-  greatest[0] = H5S_UNLIMITED;
-  const std::vector<hsize_t> chunk(dataset.chunk_shape.begin(), dataset.chunk_shape.end());
-  const int rank = static_cast<int>(start.size());
-  const Handle space(H5Screate_simple(rank, start.data(), greatest.data()), H5Sclose, path);
-  const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, path);
+/// Makes the data set, with the groups on the way to it.
+Handle make_dataset(hid_t file, const std::string& name, hid_t type, hid_t space, hid_t creation, const std::filesystem::path& path) {
+  check(H5Pset_obj_track_times(creation, false), path);  // the same numbers make the same file
   const Handle link(H5Pcreate(H5P_LINK_CREATE), H5Pclose, path);
-  check(H5Pset_chunk(creation, rank, chunk.data()), path);
-  if (dataset.compression > 0) {
+  check(H5Pset_create_intermediate_group(link, 1), path);
+  return {H5Dcreate2(file, name.c_str(), type, space, link, creation, H5P_DEFAULT), H5Dclose, path};
+}
+
+Index value_count(const Hdf5Array& array) {
+  return std::visit([](const auto& values) { return static_cast<Index>(values.size()); }, array.values);
+}
+
+void write_array(hid_t file, const Hdf5Array& array, const std::filesystem::path& path) {
+  Index row_size = 1;
+  for (const Index n : array.row_shape) row_size *= n;
+  const std::vector<hsize_t> shape = dimensions(row_size > 0 ? value_count(array) / row_size : 0, array.row_shape);
+  const int rank = static_cast<int>(shape.size());
+  const Handle space(H5Screate_simple(rank, shape.data(), nullptr), H5Sclose, path);
+  const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, path);
+  if (array.compression > 0 && shape[0] > 0) {
+    // Chunks of at most some MB: that is what a reader of a few rows must unpack.
+    constexpr hsize_t k_chunk_values = 1 << 18;
+    std::vector<hsize_t> chunk = shape;
+    hsize_t values = 1;
+    for (std::size_t d = chunk.size(); d-- > 0;) {
+      chunk[d] = std::clamp<hsize_t>(k_chunk_values / values, 1, chunk[d]);
+      values *= chunk[d];
+    }
+    check(H5Pset_chunk(creation, rank, chunk.data()), path);
     // Bytes of equal rank side by side: numbers of one size have their first bytes in common.
     check(H5Pset_shuffle(creation), path);
-    check(H5Pset_deflate(creation, static_cast<unsigned>(dataset.compression)), path);
+    check(H5Pset_deflate(creation, static_cast<unsigned>(array.compression)), path);
   }
-  check(H5Pset_create_intermediate_group(link, 1), path);
-  const Handle made(H5Dcreate2(file, dataset.name.c_str(), file_type(dataset.number), space, link, creation, H5P_DEFAULT), H5Dclose, path);
+  if (const auto* text = std::get_if<std::string_view>(&array.values)) {
+    const Handle type(H5Tcopy(H5T_C_S1), H5Tclose, path);
+    check(H5Tset_size(type, std::max<std::size_t>(1, text->size())), path);
+    check(H5Tset_cset(type, H5T_CSET_UTF8), path);
+    const Handle scalar(H5Screate(H5S_SCALAR), H5Sclose, path);
+    Handle made = make_dataset(file, array.name, type, scalar, creation, path);
+    const char nothing = '\0';
+    check(H5Dwrite(made, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, text->empty() ? &nothing : text->data()), path);
+    made.close(path);
+    return;
+  }
+  Handle made = make_dataset(file, array.name, file_type(array.number), space, creation, path);
+  const auto write = [&](hid_t type, const auto& values) {
+    if (!values.empty()) check(H5Dwrite(made, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), path);
+  };
+  if (const auto* integers = std::get_if<std::span<const Index>>(&array.values))
+    write(H5T_NATIVE_INT64, *integers);
+  else if (const auto* singles = std::get_if<std::span<const float>>(&array.values))
+    write(H5T_NATIVE_FLOAT, *singles);
+  else
+    write(H5T_NATIVE_DOUBLE, std::get<std::span<const Real>>(array.values));
+  made.close(path);
+}
+
+void write_joined(hid_t file, const Hdf5Joined& joined, const std::filesystem::path& path) {
+  Index rows = 0;
+  for (const Hdf5Source& source : joined.sources) rows += source.rows;
+  const std::vector<hsize_t> shape = dimensions(rows, joined.row_shape);
+  const int rank = static_cast<int>(shape.size());
+  const Handle space(H5Screate_simple(rank, shape.data(), nullptr), H5Sclose, path);
+  const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, path);
+  // What a reader sees of a file that somebody has taken away: nothing that could be taken for a result.
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const Index none = joined.number == Number::uint8 ? 0 : -1;
+  if (joined.number == Number::float32 || joined.number == Number::float64)
+    check(H5Pset_fill_value(creation, H5T_NATIVE_DOUBLE, &nan), path);
+  else
+    check(H5Pset_fill_value(creation, H5T_NATIVE_INT64, &none), path);
+  hsize_t first = 0;
+  for (const Hdf5Source& source : joined.sources) {
+    if (source.rows == 0) continue;
+    const std::vector<hsize_t> block = dimensions(source.rows, joined.row_shape);
+    std::vector<hsize_t> start(block.size(), 0);
+    start[0] = first;
+    first += block[0];
+    check(H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, block.data(), nullptr), path);
+    const Handle there(H5Screate_simple(rank, block.data(), nullptr), H5Sclose, path);
+    check(H5Pset_virtual(creation, space, source.file.c_str(), source.dataset.c_str(), there), path);
+  }
+  check(H5Sselect_all(space), path);
+  Handle made = make_dataset(file, joined.name, file_type(joined.number), space, creation, path);
+  made.close(path);
 }
 
 void write_attribute(hid_t file, const Hdf5Attribute& attribute, hid_t type, hid_t space, const void* value,
                      const std::filesystem::path& path) {
   const Handle group(H5Gopen2(file, attribute.group.c_str(), H5P_DEFAULT), H5Gclose, path);
-  if (H5Aexists(group, attribute.name.c_str()) > 0) {
-    const Handle existing(H5Aopen(group, attribute.name.c_str(), H5P_DEFAULT), H5Aclose, path);
-    check(H5Awrite(existing, type, value), path);
-  } else {
-    const Handle made(H5Acreate2(group, attribute.name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose, path);
-    check(H5Awrite(made, type, value), path);
-  }
+  Handle made(H5Acreate2(group, attribute.name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose, path);
+  check(H5Awrite(made, type, value), path);
+  made.close(path);
 }
 
 void write_attribute(hid_t file, const Hdf5Attribute& attribute, const std::filesystem::path& path) {
@@ -128,56 +195,53 @@ void write_attribute(hid_t file, const Hdf5Attribute& attribute, const std::file
   }
 }
 
-Index row_size(const Hdf5Dataset& dataset) {
-  Index size = 1;
-  for (const Index n : dataset.row_shape) size *= n;
-  return size;
+/// The numbers of a data set, in the precision that they have.
+template <class Value>
+std::vector<Value> read_values(hid_t dataset, hid_t type, std::size_t count, const std::string& name) {
+  std::vector<Value> values(count);
+  if (count > 0 && H5Dread(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
+    throw InputError("its data set \"{}\" cannot be read: {}", name, hdf5_reason());
+  return values;
 }
 
-Index value_count(const Hdf5Rows& rows) {
-  return std::visit([](const auto& values) { return static_cast<Index>(values.size()); }, rows.values);
-}
-
-/// More than HDF5 can need for the rows: the values, one more chunk, and for each new chunk its entry in the index of chunks.
-Index space_needed(const Hdf5Rows& rows) {
-  constexpr Index k_index_nodes = 32768;  // splitting the index to its root: three nodes of at most 5 KiB, and the headers
-  constexpr Index k_index_entry = 256;
-  Index chunk = byte_size(rows.dataset->number);
-  for (const Index n : rows.dataset->chunk_shape) chunk *= n;
-  // A row can be cut into several chunks, each of which may stand out beyond the row.
-  Index chunks_per_row = 1;
-  for (std::size_t d = 0; d < rows.dataset->row_shape.size(); ++d) {
-    const Index edge = rows.dataset->chunk_shape[d + 1];
-    chunks_per_row *= (rows.dataset->row_shape[d] + edge - 1) / edge;
+class ReadHandle {
+ public:
+  ReadHandle(hid_t id, herr_t (*closer)(hid_t)) : id_(id), close_(closer) {
+    if (id < 0) throw InputError("{}", hdf5_reason());
   }
-  const Index row_count = value_count(rows) / std::max<Index>(1, row_size(*rows.dataset));
-  const Index chunks = (row_count / rows.dataset->chunk_shape[0] + 2) * chunks_per_row;
-  return chunks * (chunk + k_index_entry) + k_index_nodes;
-}
+  ~ReadHandle() { close_(id_); }
+  ReadHandle(const ReadHandle&) = delete;
+  ReadHandle& operator=(const ReadHandle&) = delete;
+  operator hid_t() const { return id_; }
 
-void append_rows(hid_t file, const Hdf5Rows& rows, const std::filesystem::path& path) {
-  const Index count = value_count(rows) / row_size(*rows.dataset);
-  if (count == 0) return;
-  const Handle dataset(H5Dopen2(file, rows.dataset->name.c_str(), H5P_DEFAULT), H5Dclose, path);
-  std::vector<hsize_t> extent = dimensions(count, rows.dataset->row_shape);
-  const std::vector<hsize_t> block = extent;
-  std::vector<hsize_t> start(extent.size(), 0);
-  {
-    const Handle old(H5Dget_space(dataset), H5Sclose, path);
-    std::vector<hsize_t> present(extent.size());
-    check(H5Sget_simple_extent_dims(old, present.data(), nullptr), path);
-    start[0] = present[0];
-    extent[0] += present[0];
+ private:
+  hid_t id_;
+  herr_t (*close_)(hid_t);
+};
+
+StateArray read_array(hid_t file, const std::string& name) {
+  const ReadHandle dataset(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose);
+  const ReadHandle space(H5Dget_space(dataset), H5Sclose);
+  const ReadHandle type(H5Dget_type(dataset), H5Tclose);
+  const hssize_t points = H5Sget_simple_extent_npoints(space);
+  const std::size_t size = H5Tget_size(type);
+  // A damaged header may ask for any number of them.
+  const hsize_t stored = H5Dget_storage_size(dataset);
+  if (points < 0 || size == 0 || static_cast<hsize_t>(points) > stored / size) throw InputError("its data set \"{}\" is cut short", name);
+  const auto count = static_cast<std::size_t>(points);
+  switch (H5Tget_class(type)) {
+    case H5T_STRING: {
+      if (H5Tis_variable_str(type) > 0 || count != 1) break;
+      const std::vector<char> text = read_values<char>(dataset, type, size, name);
+      return std::string(text.begin(), std::find(text.begin(), text.end(), '\0'));
+    }
+    case H5T_FLOAT:
+      if (size == sizeof(float)) return read_values<float>(dataset, H5T_NATIVE_FLOAT, count, name);
+      return read_values<double>(dataset, H5T_NATIVE_DOUBLE, count, name);
+    case H5T_INTEGER: return read_values<Index>(dataset, H5T_NATIVE_INT64, count, name);
+    default: break;
   }
-  check(H5Dset_extent(dataset, extent.data()), path);
-  const Handle space(H5Dget_space(dataset), H5Sclose, path);
-  check(H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, block.data(), nullptr), path);
-  const Handle memory(H5Screate_simple(static_cast<int>(block.size()), block.data(), nullptr), H5Sclose, path);
-  const auto write = [&](hid_t type, const void* values) { check(H5Dwrite(dataset, type, memory, space, H5P_DEFAULT, values), path); };
-  if (const auto* integers = std::get_if<std::span<const Index>>(&rows.values))
-    write(H5T_NATIVE_INT64, integers->data());
-  else
-    write(H5T_NATIVE_DOUBLE, std::get<std::span<const Real>>(rows.values).data());
+  throw InputError("its data set \"{}\" is of a kind that no state has", name);
 }
 
 }  // namespace
@@ -192,36 +256,57 @@ Index byte_size(Number number) {
   return 1;
 }
 
-void create_hdf5(const std::filesystem::path& path, const std::vector<Hdf5Dataset>& datasets,
-                 const std::vector<Hdf5Attribute>& attributes) {
+void write_hdf5(const std::filesystem::path& path, const Hdf5Content& content) {
   make_hdf5_quiet();
-  // Made in memory and written in one piece: the file is complete or not there.
+  // Made in memory and written in one piece: HDF5 itself never meets a disk that is full or fails, and the file is complete or not there.
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, path);
-  check(H5Pset_fapl_core(access, 1 << 16, false), path);
-  const Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose, path);
-  for (const Hdf5Dataset& dataset : datasets) make_dataset(file, dataset, path);
-  for (const Hdf5Attribute& attribute : attributes) write_attribute(file, attribute, path);
+  Index needed = 1 << 16;
+  for (const Hdf5Array& array : content.arrays) needed += value_count(array) * byte_size(array.number);
+  constexpr Index k_least = 1 << 16, k_most = 1 << 28;
+  check(H5Pset_fapl_core(access, static_cast<std::size_t>(std::clamp(needed, k_least, k_most)), false), path);
+  check(H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_LATEST), path);
+  Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose, path);
+  for (const Hdf5Array& array : content.arrays) write_array(file, array, path);
+  for (const Hdf5Joined& joined : content.joined) write_joined(file, joined, path);
+  for (const Hdf5Attribute& attribute : content.attributes) write_attribute(file, attribute, path);
   check(H5Fflush(file, H5F_SCOPE_LOCAL), path);
-  const ssize_t size = H5Fget_file_image(file, nullptr, 0);
+  void* image = nullptr;
+  check(H5Fget_vfd_handle(file, H5P_DEFAULT, &image), path);
+  const ssize_t size = H5Fget_file_image(file, nullptr, 0);  // without what is allocated beyond the end
   if (size < 0) fail_write(path, hdf5_reason());
-  std::string image(static_cast<std::size_t>(size), '\0');
-  if (H5Fget_file_image(file, image.data(), image.size()) < 0) fail_write(path, hdf5_reason());
-  write_file(path, image);
+  write_file(path, {*static_cast<const char* const*>(image), static_cast<std::size_t>(size)});
+  file.close(path);
 }
 
-void append_hdf5(const std::filesystem::path& path, const std::vector<Hdf5Rows>& rows, const Hdf5Attribute& announcement) {
+StateTable read_hdf5(const std::filesystem::path& path, std::map<std::string, Index>& attributes) {
   make_hdf5_quiet();
-  Index needed = 0;
-  for (const Hdf5Rows& some : rows) needed += space_needed(some);
-  reserve_space(path, needed);
-  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, path);
-  // Someone who has the file open in ParaView must not end the run.
-  check(H5Pset_file_locking(access, false, true), path);
-  Handle file(H5Fopen(path.c_str(), H5F_ACC_RDWR, access), H5Fclose, path);
-  for (const Hdf5Rows& some : rows) append_rows(file, some, path);
-  check(H5Fflush(file, H5F_SCOPE_LOCAL), path);
-  write_attribute(file, announcement, path);
-  file.close(path);
+  try {
+    const ReadHandle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+    H5Pset_file_locking(access, false, true);
+    const ReadHandle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access), H5Fclose);
+    std::vector<std::string> names;
+    const auto collect = [](hid_t, const char* name, const H5O_info_t* info, void* all) -> herr_t {
+      if (info->type == H5O_TYPE_DATASET) static_cast<std::vector<std::string>*>(all)->push_back(name);
+      return 0;
+    };
+    if (H5Ovisit2(file, H5_INDEX_NAME, H5_ITER_INC, collect, &names, H5O_INFO_BASIC) < 0) throw InputError("{}", hdf5_reason());
+    const auto read_attribute = [](hid_t root, const char* name, const H5A_info_t*, void* all) -> herr_t {
+      const hid_t attribute = H5Aopen(root, name, H5P_DEFAULT);
+      Index value = 0;
+      if (attribute >= 0 && H5Aread(attribute, H5T_NATIVE_INT64, &value) >= 0)
+        (*static_cast<std::map<std::string, Index>*>(all))[name] = value;
+      if (attribute >= 0) H5Aclose(attribute);
+      return 0;
+    };
+    H5Aiterate2(file, H5_INDEX_NAME, H5_ITER_INC, nullptr, read_attribute, &attributes);
+    StateTable table;
+    for (const std::string& name : names) table.emplace(name, read_array(file, name));
+    return table;
+  } catch (const InputError& error) {
+    throw InputError("cannot read \"{}\": {}", path.string(), error.what());
+  } catch (const std::bad_alloc&) {
+    throw InputError("cannot read \"{}\": it does not fit into the memory", path.string());
+  }
 }
 
 }  // namespace matpoint

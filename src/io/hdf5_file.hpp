@@ -1,17 +1,20 @@
-// The few things that results need of HDF5: a file whose data sets grow by rows. The only files that know HDF5 are this and its .cpp.
+// The few things that results and states need of HDF5: files that are written whole, and read whole. The only files that know HDF5 are this
+// and its .cpp.
 //
-// A file is open only while something is appended, so a run that is killed leaves a closed file behind, and a file can be looked at
-// while the run goes on. Killed within an append, the file loses that append (in one of 400 trials also the time before it).
-// HDF5 does not survive a full disk: it may leave the file half written, or fail again at exit. Therefore an append first reserves
-// more room than it can need, and fails before HDF5 has touched anything.
+// A file of HDF5 that grows is not safe: a run that is killed while it writes leaves metadata that no reader takes, and so does a full
+// disk. Here each file is made in memory and appears complete (write_file) or not at all. What belongs together in time is joined by one
+// more file, whose data sets are views of those in the others (HDF5's virtual data sets), and which is replaced as a whole.
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <span>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
+#include "core/state.hpp"
 #include "core/types.hpp"
 
 namespace matpoint {
@@ -20,13 +23,28 @@ namespace matpoint {
 enum class Number { float32, float64, int64, uint8 };
 Index byte_size(Number number);
 
-/// A data set that grows along its first dimension; groups on the way to it are made with it.
-struct Hdf5Dataset {
+/// A data set; groups on the way to it are made with it. A view: the caller keeps the values.
+struct Hdf5Array {
   std::string name;  ///< With its groups: "VTKHDF/PointData/velocity".
   Number number = Number::float64;
-  std::vector<Index> row_shape;    ///< Shape of one row; empty for a list of numbers.
-  std::vector<Index> chunk_shape;  ///< Of rows and of each dimension of a row.
-  int compression = 0;             ///< gzip level, 0 for none.
+  std::vector<Index> row_shape;  ///< Shape of one row; empty for a list of numbers.
+  std::variant<std::span<const Real>, std::span<const float>, std::span<const Index>, std::string_view> values;
+  int compression = 0;  ///< gzip level, 0 for none.
+};
+
+/// Rows of a data set in another file.
+struct Hdf5Source {
+  std::string file;  ///< Beside the file that joins, or below it.
+  std::string dataset;
+  Index rows = 0;
+};
+
+/// A data set that is those of other files, one after the other. Where one is missing, readers see nan or -1.
+struct Hdf5Joined {
+  std::string name;
+  Number number = Number::float64;
+  std::vector<Index> row_shape;
+  std::vector<Hdf5Source> sources;
 };
 
 struct Hdf5Attribute {
@@ -35,17 +53,16 @@ struct Hdf5Attribute {
   std::variant<Index, std::vector<Index>, std::vector<Real>, std::string> value;
 };
 
-/// Rows to append to a data set, converted to its type of number. Views: the caller keeps the values.
-struct Hdf5Rows {
-  const Hdf5Dataset* dataset = nullptr;
-  std::variant<std::span<const Index>, std::span<const Real>> values;
+struct Hdf5Content {
+  std::vector<Hdf5Array> arrays;
+  std::vector<Hdf5Joined> joined;
+  std::vector<Hdf5Attribute> attributes;
 };
 
-/// Writes a file with empty data sets and the attributes. Throws SolverError; then there is no file.
-void create_hdf5(const std::filesystem::path& path, const std::vector<Hdf5Dataset>& datasets, const std::vector<Hdf5Attribute>& attributes);
+/// Writes or replaces a file. Throws SolverError, and then the file is what it was.
+void write_hdf5(const std::filesystem::path& path, const Hdf5Content& content);
 
-/// Appends the rows, and only then sets the attribute that tells readers of them. Throws SolverError; when the disk is full the file
-/// is as it was.
-void append_hdf5(const std::filesystem::path& path, const std::vector<Hdf5Rows>& rows, const Hdf5Attribute& announcement);
+/// All data sets of a file by their names, and the attributes of its root that are whole numbers. Throws InputError.
+StateTable read_hdf5(const std::filesystem::path& path, std::map<std::string, Index>& attributes);
 
 }  // namespace matpoint

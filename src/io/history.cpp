@@ -174,11 +174,13 @@ std::vector<Real> history_row(const Snapshot& snapshot) {
 
 std::string csv_row(const std::vector<Real>& values) { return fmt::format("{}\n", fmt::join(values, ",")); }
 
-History::History(const std::filesystem::path& path, const Solver& solver) : file_(path) {
-  std::vector<std::string> names;
-  for (const HistoryColumn& column : history_columns(solver)) names.push_back(column.name);
-  file_.append(fmt::format("{}\n", fmt::join(names, ",")));
+std::string header_line(const std::vector<HistoryColumn>& columns) {
+  std::string line;
+  for (const HistoryColumn& column : columns) line += (line.empty() ? "" : ",") + column.name;
+  return line + "\n";
 }
+
+History::History(const std::filesystem::path& path, const Solver& solver) : file_(path, header_line(history_columns(solver))) {}
 
 void History::write(const std::vector<Real>& row) { file_.append(csv_row(row)); }
 

@@ -45,12 +45,18 @@ class History {
  public:
   /// Creates the file with its header line. Throws SolverError.
   History(const std::filesystem::path& path, const Solver& solver);
+  /// Goes on with a file, after its first `size` bytes.
+  History(const std::filesystem::path& path, Index size) : file_(path, size) {}
   /// Appends one row, numbers as short as they can be and still read back to the same bits. Throws SolverError.
   void write(const std::vector<Real>& row);
+  GrowingFile& file() { return file_; }
 
  private:
   GrowingFile file_;
 };
+
+/// The names as the first line of a CSV file.
+std::string header_line(const std::vector<HistoryColumn>& columns);
 
 /// The numbers as a line of a CSV file.
 std::string csv_row(const std::vector<Real>& values);

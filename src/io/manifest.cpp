@@ -39,10 +39,9 @@ Input health_table(const std::vector<HealthLine>& health) {
 
 }  // namespace
 
-std::string time_stamp() {
-  const std::time_t now = std::time(nullptr);
+std::string time_stamp(std::time_t time) {
   std::tm utc{};
-  gmtime_r(&now, &utc);
+  gmtime_r(&time, &utc);
   return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z", utc.tm_year + 1900, utc.tm_mon + 1, utc.tm_mday, utc.tm_hour, utc.tm_min,
                      utc.tm_sec);
 }
@@ -72,13 +71,18 @@ std::string manifest_text(const Manifest& manifest, const Snapshot& snapshot) {
   return fmt::format("{}\n{}", k_signature, write_toml(run));
 }
 
-std::vector<std::string> manifest_files(const std::filesystem::path& path) {
+Input read_manifest(const std::filesystem::path& path) {
   std::ifstream stream(path);
   std::stringstream text;
   text << stream.rdbuf();
   const InputError foreign("\"{}\" was not written by matpoint", path.string());
   if (!stream || !text.str().starts_with(k_signature)) throw foreign;
-  const Input run = parse_toml(text.str(), path.string());
+  return parse_toml(text.str(), path.string());
+}
+
+std::vector<std::string> manifest_files(const std::filesystem::path& path) {
+  const InputError foreign("\"{}\" was not written by matpoint", path.string());
+  const Input run = read_manifest(path);
   const Input* files = run.find("files");
   if (files == nullptr || files->kind() != Input::Kind::array) throw foreign;
   std::vector<std::string> names;

@@ -1,14 +1,17 @@
 // manifest.toml: what made a results folder, and how the run ended.
 #pragma once
 
+#include <ctime>
 #include <filesystem>
 
 #include "io/snapshot.hpp"
 
 namespace matpoint {
 
-/// Now, as "2025-01-31T12:00:00Z".
-std::string time_stamp();
+/// As "2025-01-31T12:00:00Z".
+std::string time_stamp(std::time_t time);
+/// Now.
+inline std::string time_stamp() { return time_stamp(std::time(nullptr)); }
 
 struct Manifest {
   std::string status = "running";  ///< "running", "finished", "interrupted", "failed", ...
@@ -26,6 +29,9 @@ struct Manifest {
 
 /// The text of the file, with the state of the run.
 std::string manifest_text(const Manifest& manifest, const Snapshot& snapshot);
+
+/// An existing manifest. Throws InputError if it is none of ours.
+Input read_manifest(const std::filesystem::path& path);
 
 /// The files that the run of an existing manifest wrote, relative to its folder. Throws InputError if it is none of ours.
 std::vector<std::string> manifest_files(const std::filesystem::path& path);

@@ -12,14 +12,21 @@ namespace matpoint {
 /// A text file that grows. Each append is on its way to the disk when it returns; nothing waits in a buffer of ours.
 class GrowingFile {
  public:
-  /// Creates the file, or empties it. Throws SolverError.
-  explicit GrowingFile(std::filesystem::path path);
+  /// Creates the file, or replaces it, with its first text, which is on the disk then. Throws SolverError.
+  GrowingFile(std::filesystem::path path, std::string_view first);
+  /// Goes on after its first `size` bytes; what is behind them is cut off. Throws SolverError, and InputError for a file that is shorter.
+  GrowingFile(std::filesystem::path path, Index size);
   ~GrowingFile();
   GrowingFile(const GrowingFile&) = delete;
   GrowingFile& operator=(const GrowingFile&) = delete;
 
   /// Appends the text, or throws SolverError and leaves the file as it was.
   void append(std::string_view text);
+  Index size() const { return size_; }
+  /// Comes back when all of it is on the disk. Throws SolverError.
+  void sync();
+  /// Nothing can be appended any more. Throws SolverError.
+  void close();
 
  private:
   std::filesystem::path path_;
@@ -27,12 +34,9 @@ class GrowingFile {
   Index size_ = 0;
 };
 
-/// Writes or replaces a file by way of `<path>.tmp`: a reader sees the old or the new file, never a part. Throws SolverError.
+/// Writes or replaces a file by way of `<path>.tmp`: a reader sees the old or the new file, never a part, also after a power loss. On the
+/// disk when it returns. Throws SolverError.
 void write_file(const std::filesystem::path& path, std::string_view text);
-
-/// Takes room for `bytes` more at the end of a file, so that a later write cannot run out of disk halfway. The caller's write, or
-/// truncation, gives back what is not used. Throws SolverError, with the file as it was, when the room is not there.
-void reserve_space(const std::filesystem::path& path, Index bytes);
 
 /// SolverError `cannot write "<path>": <reason>`.
 [[noreturn]] void fail_write(const std::filesystem::path& path, const std::string& reason);

@@ -60,11 +60,8 @@ std::vector<HistoryColumn> probe_columns(int dim) {
   return columns;
 }
 
-Probe::Probe(const std::filesystem::path& path, const ProbeTarget& target, int dim) : target_(target), file_(path) {
-  std::vector<std::string> names;
-  for (const HistoryColumn& column : probe_columns(dim)) names.push_back(column.name);
-  file_.append(fmt::format("{}\n", fmt::join(names, ",")));
-}
+Probe::Probe(const std::filesystem::path& path, const ProbeTarget& target, int dim)
+    : target_(target), file_(path, header_line(probe_columns(dim))) {}
 
 std::vector<Real> Probe::row(const Snapshot& snapshot) const {
   const Solver& solver = snapshot.solver;

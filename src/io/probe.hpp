@@ -10,6 +10,10 @@ namespace matpoint {
 struct ProbeTarget {
   std::size_t body = 0;
   Index particle = 0;
+  void declare_state(State& state) {
+    state.add("body", body);
+    state.add("particle", particle);
+  }
 };
 ProbeTarget find_probe(const ProbeSpec& spec, const Solver& solver);
 
@@ -20,10 +24,13 @@ class Probe {
  public:
   /// Creates the file with its header line. Throws SolverError.
   Probe(const std::filesystem::path& path, const ProbeTarget& target, int dim);
+  /// Goes on with a file, after its first `size` bytes.
+  Probe(const std::filesystem::path& path, const ProbeTarget& target, Index size) : target_(target), file_(path, size) {}
   /// Its row now; nan once the particle has been removed.
   std::vector<Real> row(const Snapshot& snapshot) const;
   /// Appends one row. Throws SolverError.
   void write(const std::vector<Real>& row);
+  GrowingFile& file() { return file_; }
 
  private:
   ProbeTarget target_;

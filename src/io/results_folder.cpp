@@ -6,12 +6,17 @@
 #include <limits>
 #include <set>
 
+#include "io/state_file.hpp"
+
 namespace matpoint {
 namespace {
 
 namespace fs = std::filesystem;
 
 constexpr const char* k_manifest = "manifest.toml";
+constexpr const char* k_checkpoints = "checkpoints";
+
+std::string probe_file(const ProbeSpec& probe) { return "probe_" + probe.name + ".csv"; }
 
 bool has(const std::vector<std::string>& list, const std::string& name) { return std::find(list.begin(), list.end(), name) != list.end(); }
 
@@ -118,7 +123,19 @@ bool is_far_away(const Solver& solver) {
   return farthest * k_single > k_share * shortest;
 }
 
+std::string checkpoint_name(Index step) { return fmt::format("step_{:012}.h5", step); }
+
 }  // namespace
+
+std::vector<fs::path> checkpoints_of(const fs::path& folder) {
+  std::vector<fs::path> all;
+  std::error_code error;
+  for (const fs::directory_entry& file : fs::directory_iterator(folder / k_checkpoints, error)) {
+    if (matches(file.path().filename().string(), "step_*.h5") && file.path().extension() != ".tmp") all.push_back(file.path());
+  }
+  std::sort(all.begin(), all.end());
+  return all;
+}
 
 void check_outputs(const Case& problem, const Solver& solver) {
   check_file_names(problem);
@@ -135,7 +152,12 @@ void ResultsFolder::check_folder() const {
   if (status.type() != fs::file_type::directory) {
     throw InputError("cannot create results folder \"{}\": {}", path_.string(), error ? error.message() : "there is a file of that name");
   }
-  const bool is_empty = fs::is_empty(path_, error);
+  bool is_empty = true;
+  for (const fs::directory_entry& entry : fs::directory_iterator(path_, error)) {
+    // What a run leaves that ends before its manifest is there.
+    const fs::path name = entry.path().filename();
+    is_empty = is_empty && (name == k_lock_name || name == std::string(k_manifest) + ".tmp");
+  }
   if (error) throw InputError("cannot create results folder \"{}\": {}", path_.string(), error.message());
   if (is_empty) return;
   if (existing_ == ExistingFolder::refuse) {
@@ -153,36 +175,77 @@ void ResultsFolder::check_folder() const {
   manifest_files(path_ / k_manifest);
 }
 
-void ResultsFolder::begin(const Snapshot& start, int threads, const std::string& command) {
-  const Case& problem = start.problem;
-  check_outputs(problem, start.solver);
+void ResultsFolder::describe(const Snapshot& now, int threads, const std::string& command) {
+  const Case& problem = now.problem;
+  check_outputs(problem, now.solver);
   manifest_.threads = threads;
   manifest_.command = command;
   manifest_.started = time_stamp();
   manifest_.case_input = problem.to_input();
   manifest_.history_units = Input::table();
-  add_units(manifest_.history_units, history_columns(start.solver));
-  add_units(manifest_.history_units, probe_columns(start.solver.dim()));
-  choose_fields(start);
-  std::vector<ProbeTarget> targets;
-  for (const ProbeSpec& probe : problem.probes) {
-    targets.push_back(find_probe(probe, start.solver));
-    manifest_.probes.push_back(fmt::format("{}: particle {} of {}", probe.name, targets.back().particle, probe.body));
-  }
-  list_files(start);
+  add_units(manifest_.history_units, history_columns(now.solver));
+  add_units(manifest_.history_units, probe_columns(now.solver.dim()));
+  choose_fields(now);
+  list_files(now);
+}
 
+void ResultsFolder::begin(const Snapshot& start, int threads, const std::string& command) {
+  describe(start, threads, command);
+  for (const ProbeSpec& probe : start.problem.probes) targets_.push_back(find_probe(probe, start.solver));
   check_folder();
   try {
+    fs::create_directories(path_);
+    lock_.take(path_, manifest_.started);
     delete_earlier_run();
+    probe_specs_ = start.problem.probes;
+    write_manifest(start);  // first: without it nobody may replace what is in the folder
     make_folder();
-    write_manifest(start);
-    make_writers(start, targets);
+    history_.emplace(path_ / "history.csv", start.solver);
+    for (std::size_t i = 0; i < targets_.size(); ++i)
+      probes_.push_back(std::make_unique<Probe>(path_ / probe_file(start.problem.probes[i]), targets_[i], start.solver.dim()));
+    make_writers(start);
   } catch (const SolverError& error) {
     // Nothing has run yet: a folder that cannot be written is a wrong --out, not a failed run.
     throw InputError("cannot create results folder \"{}\": {}", path_.string(), error.what());
   } catch (const fs::filesystem_error& error) {
     throw InputError("cannot create results folder \"{}\": {}", path_.string(), error.code().message());
   }
+}
+
+void ResultsFolder::begin_again(const Snapshot& now, const StateTable& checkpoint, int threads, const std::string& command) {
+  describe(now, threads, command);
+  lock_.take(path_, manifest_.started);
+  make_writers(now);
+  State state = State::loading(checkpoint);
+  state.in("results", [&] { declare_state(state); });
+  for (const Writers& writers : bodies_) writers.take_back();
+  grid_.take_back();
+  taken_step_ = fields_step_;
+  write_manifest(now);
+}
+
+void ResultsFolder::declare_state(State& state) {
+  std::string started = manifest_.started;
+  state.add("started", started);
+  manifest_.started = started;
+  state.rows("probe", targets_);
+  Index history_size = history_ ? history_->file().size() : 0;
+  state.add("history_size", history_size);
+  std::vector<Index> probe_sizes;
+  for (const auto& probe : probes_) probe_sizes.push_back(probe->file().size());
+  state.add("probe_sizes", probe_sizes);
+  state.add("history_step", history_step_);
+  state.add("history_time", history_time_);
+  state.add("fields_step", fields_step_);
+  state.add("fields_time", fields_time_);
+  state.parts("body", bodies_);
+  state.part("grid", grid_);
+  if (!state.is_loading()) return;
+  const std::vector<ProbeSpec>& probes = probe_specs_;
+  if (probe_sizes.size() != probes.size() || targets_.size() != probes.size()) state.fail("probe", "has not one row for each probe");
+  history_.emplace(path_ / "history.csv", history_size);
+  for (std::size_t i = 0; i < probes.size(); ++i)
+    probes_.push_back(std::make_unique<Probe>(path_ / probe_file(probes[i]), targets_[i], probe_sizes[i]));
 }
 
 void ResultsFolder::choose_fields(const Snapshot& start) {
@@ -202,10 +265,13 @@ void ResultsFolder::choose_fields(const Snapshot& start) {
 
 void ResultsFolder::list_files(const Snapshot& start) {
   const OutputSpec& output = start.problem.output;
-  manifest_.files = {k_manifest, "history.csv"};
-  for (const ProbeSpec& probe : start.problem.probes) manifest_.files.push_back("probe_" + probe.name + ".csv");
+  manifest_.files = {k_manifest, "history.csv", std::string(k_checkpoints) + "/step_*.h5"};
+  for (const ProbeSpec& probe : start.problem.probes) manifest_.files.push_back(probe_file(probe));
   const auto add = [&](const std::string& name, const std::string& extension) {
-    if (has(output.formats, "vtkhdf")) manifest_.files.push_back(name + ".vtkhdf");
+    if (has(output.formats, "vtkhdf")) {
+      manifest_.files.push_back(name + ".vtkhdf");
+      manifest_.files.push_back("vtkhdf/" + name + "_*.h5");
+    }
     if (has(output.formats, "vtu")) {
       manifest_.files.push_back(name + ".pvd");
       manifest_.files.push_back("vtu/" + name + "_*" + extension);
@@ -239,29 +305,25 @@ void ResultsFolder::delete_earlier_run() const {
 }
 
 void ResultsFolder::make_folder() const {
-  fs::create_directories(path_);
-  const bool has_series =
-      std::any_of(manifest_.files.begin(), manifest_.files.end(), [](const std::string& file) { return file.starts_with("vtu/"); });
-  if (has_series) fs::create_directories(path_ / "vtu");
+  for (const std::string& file : manifest_.files) {
+    const fs::path folder = fs::path(file).parent_path();
+    if (!folder.empty() && folder != k_checkpoints) fs::create_directories(path_ / folder);
+  }
 }
 
-void ResultsFolder::make_writers(const Snapshot& start, const std::vector<ProbeTarget>& targets) {
+void ResultsFolder::make_writers(const Snapshot& start) {
   const OutputSpec& output = start.problem.output;
   const Number real = output.precision == "double" || is_far_away(start.solver) ? Number::float64 : Number::float32;
   const bool has_hdf = has(output.formats, "vtkhdf");
   const bool has_vtu = has(output.formats, "vtu");
-  const int dim = start.solver.dim();
-  history_.emplace(path_ / "history.csv", start.solver);
-  for (std::size_t i = 0; i < targets.size(); ++i) {
-    probes_.push_back(std::make_unique<Probe>(path_ / ("probe_" + start.problem.probes[i].name + ".csv"), targets[i], dim));
-  }
+  probe_specs_ = start.problem.probes;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const std::string& name = start.solver.body_name(b);
-    if (has_hdf) bodies_[b].hdf.emplace(path_ / (name + ".vtkhdf"), real, output.compression);
+    if (has_hdf) bodies_[b].hdf.emplace(path_, name, real, output.compression);
     if (has_vtu) bodies_[b].vtu.emplace(path_, name, real);
   }
-  if (output.grid && has_hdf) grid_hdf_.emplace(path_ / "grid.vtkhdf", real, start.solver.grid(), dim, output.compression);
-  if (output.grid && has_vtu) grid_vtu_.emplace(path_, "grid", real, start.solver.grid());
+  if (output.grid && has_hdf) grid_.hdf.emplace(path_, "grid", real, output.compression, start.solver.grid(), start.solver.dim());
+  if (output.grid && has_vtu) grid_.vtu.emplace(path_, "grid", real, start.solver.grid());
 }
 
 HistoryRecord ResultsFolder::record(const Snapshot& now) const {
@@ -289,7 +351,7 @@ void ResultsFolder::write_fields(const Snapshot& now) {
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     if (bodies_[b].hdf || bodies_[b].vtu) take_fields(now, b, bodies_[b].fields, fields_.particles[b]);
   }
-  if (grid_hdf_ || grid_vtu_) {
+  if (grid_.hdf || grid_.vtu) {
     fields_.nodes.emplace(FieldSet{now.time, {}, {}, nullptr});
     for (Field& field : now.solver.grid_fields()) fields_.nodes->fields.push_back(pad_vector(std::move(field)));
   }
@@ -302,10 +364,34 @@ void ResultsFolder::append(const Fields& fields) {
     if (bodies_[b].hdf) bodies_[b].hdf->write(fields.particles[b]);
     if (bodies_[b].vtu) bodies_[b].vtu->write(fields.particles[b]);
   }
-  if (grid_hdf_) grid_hdf_->write(*fields.nodes);
-  if (grid_vtu_) grid_vtu_->write(*fields.nodes);
+  sync_rows();
+  if (grid_.hdf) grid_.hdf->write(*fields.nodes);
+  if (grid_.vtu) grid_.vtu->write(*fields.nodes);
   fields_step_ = fields.step;
   fields_time_ = fields.time;
+}
+
+void ResultsFolder::write_checkpoint(const Snapshot& now, StateTable state) {
+  wait();
+  State results = State::saving(state);
+  results.in("results", [&] { declare_state(results); });
+  auto table = std::make_shared<StateTable>(std::move(state));
+  const Index step = now.step;
+  writing_ = std::async(std::launch::async, [this, table, step] {
+    const fs::path folder = path_ / k_checkpoints;
+    std::error_code ignored;
+    fs::create_directories(folder, ignored);
+    // What the checkpoint counts on is on the disk before it is there.
+    sync_rows();
+    write_state(folder / checkpoint_name(step), *table);
+    const std::vector<fs::path> all = checkpoints_of(path_);
+    for (std::size_t k = 0; k + 2 < all.size(); ++k) fs::remove(all[k], ignored);
+  });
+}
+
+void ResultsFolder::sync_rows() {
+  history_->file().sync();
+  for (const auto& probe : probes_) probe->file().sync();
 }
 
 void ResultsFolder::wait() {
@@ -319,6 +405,7 @@ void ResultsFolder::wait() {
 }
 
 void ResultsFolder::resume(const Snapshot& now) {
+  lock_.take(path_, manifest_.started);
   manifest_.status = "running";
   manifest_.message.clear();
   manifest_.ended.clear();
@@ -327,9 +414,11 @@ void ResultsFolder::resume(const Snapshot& now) {
 
 void ResultsFolder::finish(const Snapshot& end, const std::string& status) {
   wait();
+  sync_rows();
   manifest_.status = status;
   manifest_.ended = time_stamp();
   write_manifest(end);
+  lock_.release();
 }
 
 void ResultsFolder::fail(const Snapshot& end, const std::string& message) noexcept {
@@ -353,6 +442,11 @@ std::string ResultsFolder::last_written() const {
                      path_.string());
 }
 
-void ResultsFolder::write_manifest(const Snapshot& now) const { write_file(path_ / k_manifest, manifest_text(manifest_, now)); }
+void ResultsFolder::write_manifest(const Snapshot& now) {
+  manifest_.probes.clear();
+  for (std::size_t i = 0; i < targets_.size(); ++i)
+    manifest_.probes.push_back(fmt::format("{}: particle {} of {}", probe_specs_[i].name, targets_[i].particle, probe_specs_[i].body));
+  write_file(path_ / k_manifest, manifest_text(manifest_, now));
+}
 
 }  // namespace matpoint

@@ -1,18 +1,21 @@
 // The results of one run in one folder (docs/case_file.md describes the files):
 //
-//   manifest.toml                    resolved case, version, commit, threads, state of the run
-//   history.csv, probe_<name>.csv    a row per history interval
-//   <body>.vtkhdf, grid.vtkhdf       fields of all times, formats = ["vtkhdf"]
-//   <body>.pvd + vtu/<body>_*.vtu    the same for older ParaView, formats = ["vtu"]; the grid as grid.pvd + vtu/grid_*.vti
+//   manifest.toml                            resolved case, version, commit, threads, state of the run
+//   history.csv, probe_<name>.csv            a row per history interval
+//   <body>.vtkhdf + vtkhdf/<body>_*.h5       fields of all times, formats = ["vtkhdf"]; of the grid grid.vtkhdf
+//   <body>.pvd + vtu/<body>_*.vtu            the same for older ParaView, formats = ["vtu"]; the grid as grid.pvd + vtu/grid_*.vti
+//   checkpoints/step_*.h5                    the last two states, from which the run can go on
+//   .lock                                    held by the process that writes
 //
-// Rows of text are on their way to the disk when a call returns, fields follow beside the run (`wait`). A run that is killed or fails
-// leaves readable files.
+// Rows of text are on their way to the disk when a call returns, fields and checkpoints follow beside the run (`wait`). A run that is
+// killed or fails leaves readable files (docs/states.md says what is promised).
 #pragma once
 
 #include <future>
 #include <memory>
 #include <optional>
 
+#include "io/folder_lock.hpp"
 #include "io/manifest.hpp"
 #include "io/probe.hpp"
 #include "io/vtkhdf.hpp"
@@ -22,6 +25,9 @@ namespace matpoint {
 
 /// Whether the outputs that a case asks for can be written: names of files, fields, probes. Throws InputError.
 void check_outputs(const Case& problem, const Solver& solver);
+
+/// The complete checkpoints of a results folder, the oldest first.
+std::vector<std::filesystem::path> checkpoints_of(const std::filesystem::path& folder);
 
 enum class ExistingFolder { refuse, overwrite };
 
@@ -37,6 +43,10 @@ class ResultsFolder {
   /// the manifest with status = "running". Throws InputError.
   void begin(const Snapshot& start, int threads, const std::string& command = "");
 
+  /// The same for a run that goes on from one of the folder's checkpoints: what was written after it is taken back. Throws InputError where
+  /// the files are not those of the checkpoint.
+  void begin_again(const Snapshot& now, const StateTable& checkpoint, int threads, const std::string& command = "");
+
   /// What write_history writes, of now.
   HistoryRecord record(const Snapshot& now) const;
 
@@ -48,7 +58,11 @@ class ResultsFolder {
   /// this step is there already. Throws SolverError, also for what went wrong with earlier fields.
   void write_fields(const Snapshot& now);
 
-  /// Comes back when all fields are in the files. Throws SolverError.
+  /// Writes a checkpoint beside the run, after the fields before it, and keeps the last two. `state`: of the simulation. Throws SolverError
+  /// for what went wrong with earlier fields.
+  void write_checkpoint(const Snapshot& now, StateTable state);
+
+  /// Comes back when all fields and checkpoints are in the files. Throws SolverError.
   void wait();
 
   /// The manifest again with status = "running", for a run that goes on after it ended. Throws SolverError.
@@ -67,8 +81,16 @@ class ResultsFolder {
  private:
   struct Writers {
     std::vector<std::string> fields;
-    std::optional<VtkHdfBody> hdf;
+    std::optional<VtkHdfSeries> hdf;
     std::optional<VtuSeries> vtu;
+    void declare_state(State& state) {
+      if (hdf) state.part("vtkhdf", *hdf);
+      if (vtu) state.part("vtu", *vtu);
+    }
+    void take_back() const {
+      if (hdf) hdf->take_back();
+      if (vtu) vtu->take_back();
+    }
   };
 
   void check_folder() const;
@@ -76,8 +98,11 @@ class ResultsFolder {
   void list_files(const Snapshot& start);
   void delete_earlier_run() const;
   void make_folder() const;
-  void make_writers(const Snapshot& start, const std::vector<ProbeTarget>& targets);
-  void write_manifest(const Snapshot& now) const;
+  void describe(const Snapshot& now, int threads, const std::string& command);
+  void make_writers(const Snapshot& start);
+  /// What has been written; the files are as long as that.
+  void declare_state(State& state);
+  void write_manifest(const Snapshot& now);
   /// All fields of one time.
   struct Fields {
     Index step = 0;
@@ -86,15 +111,18 @@ class ResultsFolder {
     std::optional<FieldSet> nodes;
   };
   void append(const Fields& fields);
+  void sync_rows();
 
   std::filesystem::path path_;
   ExistingFolder existing_;
+  FolderLock lock_;
   Manifest manifest_;
   std::optional<History> history_;
+  std::vector<ProbeSpec> probe_specs_;
+  std::vector<ProbeTarget> targets_;
   std::vector<std::unique_ptr<Probe>> probes_;
   std::vector<Writers> bodies_;
-  std::optional<VtkHdfImage> grid_hdf_;
-  std::optional<VtuSeries> grid_vtu_;
+  Writers grid_;
   Index history_step_ = -1;
   Index fields_step_ = -1;
   Real history_time_ = 0;

@@ -1,186 +1,202 @@
-// Layout of the particles' file (n_t particles at time t, all times one after the other):
+// Layout (n_t particles at time t):
 //
-//   VTKHDF/Points, VTKHDF/PointData/<field>            (sum of n_t, components)
-//   VTKHDF/{Connectivity, Offsets, Types}              one topology per part: vertices 0..n-1, or the cells of a body of elements
-//   VTKHDF/{NumberOfPoints, NumberOfCells, NumberOfConnectivityIds}    one entry per part
-//   VTKHDF/Steps/{Values, PartOffsets, PointOffsets, ...}              one entry per time: where its part and its points begin
-//   VTKHDF/Steps/PointDataOffsets/<field>
+//   vtkhdf/<name>_<t>.h5   Points, PointData/<field>     (n_t, components)
+//                          Connectivity, Offsets, Types  where the topology is another one than that of the time before: vertices
+//                                                        0..n-1, or the cells of a body of elements
+//   <name>.vtkhdf          VTKHDF/{Points, PointData/<field>, Connectivity, Offsets, Types}     all of these, one after the other
+//                          VTKHDF/{NumberOfPoints, NumberOfCells, NumberOfConnectivityIds}      one entry per topology
+//                          VTKHDF/Steps/{Values, PartOffsets, PointOffsets, ...}                one entry per time: where what begins
+//                          VTKHDF/Steps/PointDataOffsets/<field>
 //
-// A part is added only when the number of particles changes: its 17 bytes per particle are more than a position in single precision.
-// Readers believe the attribute Steps/NSteps, which is written last.
+// A topology is written only when the number of particles changes: its 17 bytes per particle are more than a position in single precision.
 #include "io/vtkhdf.hpp"
 
 #include <algorithm>
 #include <array>
-#include <numeric>
+#include <deque>
 
 #include "core/error.hpp"
 
 namespace matpoint {
 namespace {
 
-constexpr Index k_step_chunk = 256;  ///< Times per chunk of the small arrays with one entry per time.
+const std::string k_point_data = "PointData/";
 
-const std::string k_point_data = "VTKHDF/PointData/";
-const std::string k_field_offsets = "VTKHDF/Steps/PointDataOffsets/";
-constexpr std::array k_part_counts = {"VTKHDF/NumberOfPoints", "VTKHDF/NumberOfCells", "VTKHDF/NumberOfConnectivityIds"};
-
-Hdf5Dataset list(std::string name, Number number, Index chunk) { return {std::move(name), number, {}, {chunk}}; }
-
-/// Rows per chunk: one time of a middling body; small bodies share chunks, large ones stay below a few MB.
-Index particle_chunk(Index particles) { return std::clamp<Index>(particles, 512, 65536); }
-
-const Hdf5Dataset& find(const std::vector<Hdf5Dataset>& datasets, const std::string& name) {
-  const auto found = std::find_if(datasets.begin(), datasets.end(), [&](const Hdf5Dataset& dataset) { return dataset.name == name; });
-  if (found == datasets.end()) throw SolverError("the fields of the results changed during the run: {} is new", name);
-  return *found;
-}
-
-Hdf5Attribute step_count(Index count) { return {"VTKHDF/Steps", "NSteps", count}; }
-
-/// Rows collected for one append; keeps the small arrays alive.
-class Append {
+/// Small arrays of a file, kept until it is written.
+class Lists {
  public:
-  explicit Append(const std::vector<Hdf5Dataset>& datasets) : datasets_(datasets) {}
-
-  void add(const std::string& name, const std::vector<Real>& values) {
-    rows_.push_back({&find(datasets_, name), std::span<const Real>(values)});
+  explicit Lists(Hdf5Content& content) : content_(content) {}
+  void add(const std::string& name, std::vector<Index> values, Number number = Number::int64, std::vector<Index> row_shape = {}) {
+    integers_.push_back(std::move(values));
+    content_.arrays.push_back({name, number, std::move(row_shape), std::span<const Index>(integers_.back())});
   }
-  void add(const std::string& name, const std::vector<Index>& values) {
-    rows_.push_back({&find(datasets_, name), std::span<const Index>(values)});
+  void add(const std::string& name, std::vector<Real> values) {
+    reals_.push_back(std::move(values));
+    content_.arrays.push_back({name, Number::float64, {}, std::span<const Real>(reals_.back())});
   }
-  void add(const std::string& name, std::vector<Index>&&) = delete;
-  const std::vector<Hdf5Rows>& rows() const { return rows_; }
 
  private:
-  const std::vector<Hdf5Dataset>& datasets_;
-  std::vector<Hdf5Rows> rows_;
+  Hdf5Content& content_;
+  std::deque<std::vector<Index>> integers_;  // whose elements stay where they are
+  std::deque<std::vector<Real>> reals_;
 };
 
 }  // namespace
 
-void VtkHdfBody::create(const FieldSet& first) {
-  const Index chunk = particle_chunk(static_cast<Index>(first.position.size() / 3));
-  datasets_ = {{"VTKHDF/Points", real_, {3}, {chunk, 3}},
-               list("VTKHDF/Connectivity", Number::int64, chunk),
-               list("VTKHDF/Offsets", Number::int64, chunk),
-               list("VTKHDF/Types", Number::uint8, chunk),
-               list("VTKHDF/Steps/Values", Number::float64, k_step_chunk)};
-  for (const char* name : k_part_counts) datasets_.push_back(list(name, Number::int64, k_step_chunk));
-  for (const char* name : {"NumberOfParts", "PartOffsets", "PointOffsets"}) {
-    datasets_.push_back(list(std::string("VTKHDF/Steps/") + name, Number::int64, k_step_chunk));
-  }
-  for (const char* name : {"CellOffsets", "ConnectivityIdOffsets"}) {
-    datasets_.push_back({std::string("VTKHDF/Steps/") + name, Number::int64, {1}, {k_step_chunk, 1}});
-  }
-  for (const Field& field : first.fields) {
-    datasets_.push_back({k_point_data + field.name, stored_number(field.name, real_), {}, {chunk}});
-    if (field.components > 1) {
-      datasets_.back().row_shape = {field.components};
-      datasets_.back().chunk_shape.push_back(field.components);
-    }
-    datasets_.back().compression = compression_;
-    datasets_.push_back(list(k_field_offsets + field.name, Number::int64, k_step_chunk));
-  }
-  datasets_.front().compression = compression_;
-  create_hdf5(path_, datasets_,
-              {{"VTKHDF", "Version", std::vector<Index>{2, 0}}, {"VTKHDF", "Type", std::string("UnstructuredGrid")}, step_count(0)});
-}
+std::string VtkHdfSeries::file_of(std::size_t time) const { return fmt::format("vtkhdf/{}_{:06}.h5", name_, time); }
 
-void VtkHdfBody::write(const FieldSet& particles) {
-  if (datasets_.empty()) create(particles);
-  const auto n = static_cast<Index>(particles.position.size() / 3);
-  const bool has_new_part = n != part_size_;
-  const Index part = has_new_part ? part_count_ : part_count_ - 1;
-
-  Append append(datasets_);
-  const BodyCells cells = has_new_part ? cells_or_vertices(particles.cells, n) : BodyCells{};
-  const auto entries = static_cast<Index>(cells.nodes.size());
-  const Index cell_count = entries / cells.nodes_per_cell;
-  std::vector<Index> offsets;
-  for (Index cell = 0; cell <= cell_count; ++cell) offsets.push_back(cell * cells.nodes_per_cell);
-  const std::vector<Index> types(static_cast<std::size_t>(cell_count), cells.vtk_type);
-  const std::array<std::vector<Index>, 3> sizes = {std::vector<Index>{n}, {cell_count}, {entries}};
-  if (has_new_part) {
-    for (std::size_t i = 0; i < k_part_counts.size(); ++i) append.add(k_part_counts[i], sizes[i]);
-    append.add("VTKHDF/Connectivity", cells.nodes);
-    append.add("VTKHDF/Offsets", offsets);
-    append.add("VTKHDF/Types", types);
-  }
-  const std::vector<Real> time{particles.time};
-  const std::vector<Index> one{1};
-  const std::vector<Index> part_offset{part};
-  const std::vector<Index> cell_offset{has_new_part ? cells_ : cell_begin_};
-  const std::vector<Index> connectivity_offset{has_new_part ? connectivity_ : connectivity_begin_};
-  const std::vector<Index> point_offset{point_count_};
-  append.add("VTKHDF/Steps/Values", time);
-  append.add("VTKHDF/Steps/NumberOfParts", one);
-  append.add("VTKHDF/Steps/PartOffsets", part_offset);
-  append.add("VTKHDF/Steps/PointOffsets", point_offset);
-  append.add("VTKHDF/Steps/CellOffsets", cell_offset);
-  append.add("VTKHDF/Steps/ConnectivityIdOffsets", connectivity_offset);
-  append.add("VTKHDF/Points", particles.position);
-  for (const Field& field : particles.fields) {
-    append.add(k_point_data + field.name, field.values);
-    append.add(k_field_offsets + field.name, point_offset);
-  }
-  append_hdf5(path_, append.rows(), step_count(step_count_ + 1));
-
-  ++step_count_;
-  point_count_ += n;
-  part_count_ = part + 1;
-  part_size_ = n;
-  if (!has_new_part) return;
-  cell_begin_ = cells_;
-  connectivity_begin_ = connectivity_;
-  cells_ += cell_count;
-  connectivity_ += entries;
-}
-
-void VtkHdfImage::create(const FieldSet& first) {
-  // z slowest; readers want no dimension of extent 1 here: a 2D image has rank 2.
+/// z slowest; readers want no dimension of extent 1 here: a 2D image has rank 2.
+std::vector<Index> VtkHdfSeries::image_shape() const {
   std::vector<Index> shape;
-  for (int d = dim_ - 1; d >= 0; --d) shape.push_back(grid_.nodes[static_cast<std::size_t>(d)]);
-  datasets_ = {list("VTKHDF/Steps/Values", Number::float64, k_step_chunk)};
-  for (const Field& field : first.fields) {
-    Hdf5Dataset dataset{k_point_data + field.name, real_, shape, {1}};
-    dataset.chunk_shape.insert(dataset.chunk_shape.end(), shape.begin(), shape.end());
-    dataset.chunk_shape[1] = std::min<Index>(shape[0], 64);  // slabs: a chunk must stay below 4 GB
-    if (field.components > 1) {
-      dataset.row_shape.push_back(field.components);
-      dataset.chunk_shape.push_back(field.components);
-    }
-    dataset.compression = compression_;
-    datasets_.push_back(dataset);
-    datasets_.push_back(list(k_field_offsets + field.name, Number::int64, k_step_chunk));
-  }
-  std::vector<Index> extent;
-  for (const int nodes : grid_.nodes) extent.insert(extent.end(), {0, nodes - 1});
-  const auto triple = [](const Vec3& x) { return std::vector<Real>(x.begin(), x.end()); };
-  Vec3 spacing = grid_.cell_size;
-  if (dim_ == 2) spacing[2] = 1;  // VTK refuses a spacing of 0
-  create_hdf5(path_, datasets_,
-              {{"VTKHDF", "Version", std::vector<Index>{2, 0}},
-               {"VTKHDF", "Type", std::string("ImageData")},
-               {"VTKHDF", "WholeExtent", extent},
-               {"VTKHDF", "Origin", triple(grid_.lower)},
-               {"VTKHDF", "Spacing", triple(spacing)},
-               {"VTKHDF", "Direction", std::vector<Real>{1, 0, 0, 0, 1, 0, 0, 0, 1}},
-               step_count(0)});
+  for (int d = dim_ - 1; d >= 0; --d) shape.push_back(grid_->nodes[static_cast<std::size_t>(d)]);
+  return shape;
 }
 
-void VtkHdfImage::write(const FieldSet& nodes) {
-  if (datasets_.empty()) create(nodes);
-  Append append(datasets_);
-  const std::vector<Real> time{nodes.time};
-  const std::vector<Index> offset{step_count_};
-  append.add("VTKHDF/Steps/Values", time);
-  for (const Field& field : nodes.fields) {
-    append.add(k_point_data + field.name, field.values);
-    append.add(k_field_offsets + field.name, offset);
+void VtkHdfSeries::write(const FieldSet& set) {
+  std::vector<Column> columns;
+  if (!grid_) columns.push_back({"Points", real_, {3}});
+  for (const Field& field : set.fields) {
+    columns.push_back({k_point_data + field.name, stored_number(field.name, real_), grid_ ? image_shape() : std::vector<Index>{}});
+    if (field.components > 1) columns.back().row_shape.push_back(field.components);
   }
-  append_hdf5(path_, append.rows(), step_count(step_count_ + 1));
-  ++step_count_;
+  const auto is_same = [](const Column& a, const Column& b) { return a.name == b.name && a.row_shape == b.row_shape; };
+  if (!columns_.empty() && !std::equal(columns.begin(), columns.end(), columns_.begin(), columns_.end(), is_same))
+    throw SolverError("the fields of the results changed during the run");
+  columns_ = std::move(columns);
+
+  Time time;
+  time.time = set.time;
+  time.points = grid_ ? 1 : static_cast<Index>(set.position.size() / 3);
+  write_piece(set, time);
+  times_.push_back(time);
+  try {
+    write_index();
+  } catch (...) {
+    times_.pop_back();  // the next attempt writes this time again
+    throw;
+  }
+}
+
+void VtkHdfSeries::write_piece(const FieldSet& set, Time& time) const {
+  Hdf5Content piece;
+  Lists lists(piece);
+  BodyCells cells;
+  if (!grid_ && (times_.empty() || times_.back().points != time.points)) {
+    cells = cells_or_vertices(set.cells, time.points);
+    time.entries = static_cast<Index>(cells.nodes.size());
+    time.cells = time.entries / cells.nodes_per_cell;
+    std::vector<Index> offsets;
+    for (Index cell = 0; cell <= time.cells; ++cell) offsets.push_back(cell * cells.nodes_per_cell);
+    lists.add("Connectivity", std::move(cells.nodes));
+    lists.add("Offsets", std::move(offsets));
+    lists.add("Types", std::vector<Index>(static_cast<std::size_t>(time.cells), cells.vtk_type), Number::uint8);
+  }
+  auto column = columns_.begin();
+  const auto add = [&](const std::vector<Real>& values) {
+    piece.arrays.push_back({column->name, column->number, column->row_shape, std::span<const Real>(values), compression_});
+    ++column;
+  };
+  if (!grid_) add(set.position);
+  for (const Field& field : set.fields) add(field.values);
+  piece.attributes = {{"/", "Time", std::vector<Real>{set.time}}};
+  write_hdf5(folder_ / file_of(times_.size()), piece);
+}
+
+/// What all times have, one after the other.
+void VtkHdfSeries::add_columns(Hdf5Content& content) const {
+  for (const Column& column : columns_) {
+    Hdf5Joined joined{"VTKHDF/" + column.name, column.number, column.row_shape, {}};
+    for (std::size_t t = 0; t < times_.size(); ++t) joined.sources.push_back({file_of(t), column.name, times_[t].points});
+    content.joined.push_back(std::move(joined));
+  }
+}
+
+void VtkHdfSeries::write_index() const {
+  Hdf5Content index;
+  Lists lists(index);
+  const auto count = static_cast<Index>(times_.size());
+  add_columns(index);
+  std::vector<Real> values;
+  std::vector<Index> points;  // before each time
+  Index sum = 0;
+  for (const Time& time : times_) {
+    values.push_back(time.time);
+    points.push_back(sum);
+    sum += time.points;
+  }
+  lists.add("VTKHDF/Steps/Values", std::move(values));
+  for (const Column& column : columns_) {
+    if (column.name.starts_with(k_point_data))
+      lists.add("VTKHDF/Steps/PointDataOffsets/" + column.name.substr(k_point_data.size()), points);
+  }
+  index.attributes = {{"VTKHDF", "Version", std::vector<Index>{2, 0}},
+                      {"VTKHDF", "Type", std::string(grid_ ? "ImageData" : "UnstructuredGrid")},
+                      {"VTKHDF/Steps", "NSteps", count}};
+  if (grid_) {
+    std::vector<Index> extent;
+    for (const int nodes : grid_->nodes) extent.insert(extent.end(), {0, nodes - 1});
+    const auto triple = [](const Vec3& x) { return std::vector<Real>(x.begin(), x.end()); };
+    Vec3 spacing = grid_->cell_size;
+    if (dim_ == 2) spacing[2] = 1;  // VTK refuses a spacing of 0
+    index.attributes.push_back({"VTKHDF", "WholeExtent", extent});
+    index.attributes.push_back({"VTKHDF", "Origin", triple(grid_->lower)});
+    index.attributes.push_back({"VTKHDF", "Spacing", triple(spacing)});
+    index.attributes.push_back({"VTKHDF", "Direction", std::vector<Real>{1, 0, 0, 0, 1, 0, 0, 0, 1}});
+    write_hdf5(folder_ / (name_ + ".vtkhdf"), index);
+    return;
+  }
+  Hdf5Joined connectivity{"VTKHDF/Connectivity", Number::int64, {}, {}}, offsets{"VTKHDF/Offsets", Number::int64, {}, {}},
+      types{"VTKHDF/Types", Number::uint8, {}, {}};
+  std::vector<Index> part_points, part_cells, part_entries;      // by topology
+  std::vector<Index> part_offsets, cell_offsets, entry_offsets;  // by time
+  Index cells = 0, entries = 0, cells_before = 0, entries_before = 0;
+  for (std::size_t t = 0; t < times_.size(); ++t) {
+    const Time& time = times_[t];
+    const bool has_topology = t == 0 || time.points != times_[t - 1].points;
+    if (has_topology) {
+      connectivity.sources.push_back({file_of(t), "Connectivity", time.entries});
+      offsets.sources.push_back({file_of(t), "Offsets", time.cells + 1});
+      types.sources.push_back({file_of(t), "Types", time.cells});
+      part_points.push_back(time.points);
+      part_cells.push_back(time.cells);
+      part_entries.push_back(time.entries);
+      cells_before = cells;
+      entries_before = entries;
+      cells += time.cells;
+      entries += time.entries;
+    }
+    part_offsets.push_back(static_cast<Index>(part_points.size()) - 1);
+    cell_offsets.push_back(cells_before);
+    entry_offsets.push_back(entries_before);
+  }
+  index.joined.insert(index.joined.end(), {connectivity, offsets, types});
+  lists.add("VTKHDF/NumberOfPoints", std::move(part_points));
+  lists.add("VTKHDF/NumberOfCells", std::move(part_cells));
+  lists.add("VTKHDF/NumberOfConnectivityIds", std::move(part_entries));
+  lists.add("VTKHDF/Steps/NumberOfParts", std::vector<Index>(times_.size(), 1));
+  lists.add("VTKHDF/Steps/PartOffsets", std::move(part_offsets));
+  lists.add("VTKHDF/Steps/PointOffsets", points);
+  lists.add("VTKHDF/Steps/CellOffsets", std::move(cell_offsets), Number::int64, {1});
+  lists.add("VTKHDF/Steps/ConnectivityIdOffsets", std::move(entry_offsets), Number::int64, {1});
+  write_hdf5(folder_ / (name_ + ".vtkhdf"), index);
+}
+
+void VtkHdfSeries::declare_state(State& state) {
+  state.rows("times", times_);
+  Index count = static_cast<Index>(columns_.size());
+  state.add("column_count", count);
+  if (state.is_loading()) columns_.assign(static_cast<std::size_t>(std::clamp<Index>(count, 0, 1000)), {});
+  for (std::size_t k = 0; k < columns_.size(); ++k) {
+    state.in("column_" + std::to_string(k), [&] {
+      state.add("name", columns_[k].name);
+      state.add("number", columns_[k].number);
+      state.add("row_shape", columns_[k].row_shape);
+    });
+  }
+}
+
+void VtkHdfSeries::take_back() const {
+  if (!times_.empty()) write_index();
 }
 
 }  // namespace matpoint

@@ -115,12 +115,16 @@ std::string vti_text(const FieldSet& nodes, const GridGeometry& grid, Number rea
   return arrays.file("ImageData", text);
 }
 
+void VtuSeries::write_list(const std::string& entries) const {
+  write_file(folder_ / (name_ + ".pvd"), "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n" +
+                                             entries + "</Collection>\n</VTKFile>\n");
+}
+
 void VtuSeries::write(const FieldSet& set) {
   const std::string file = fmt::format("vtu/{}_{:06}.{}", name_, count_, grid_ ? "vti" : "vtu");
   write_file(folder_ / file, grid_ ? vti_text(set, *grid_, real_) : vtu_text(set, real_));
   const std::string entries = entries_ + fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", set.time, xml_escaped(file));
-  write_file(folder_ / (name_ + ".pvd"), "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n" +
-                                             entries + "</Collection>\n</VTKFile>\n");
+  write_list(entries);
   entries_ = entries;
   ++count_;
 }

@@ -17,8 +17,16 @@ class VtuSeries {
 
   /// Writes one time: first its file, then the list, each of them complete or not at all. Throws SolverError.
   void write(const FieldSet& set);
+  void declare_state(State& state) {
+    state.add("entries", entries_);
+    state.add("count", count_);
+  }
+  /// The list of all times as it was when this state was saved: later times are no longer in it. Throws SolverError.
+  void take_back() const { write_list(entries_); }
 
  private:
+  void write_list(const std::string& entries) const;
+
   std::filesystem::path folder_;
   std::string name_;
   Number real_;

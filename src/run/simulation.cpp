@@ -1,8 +1,10 @@
 #include "run/simulation.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
+#include "case/case_file.hpp"
 #include "io/results_folder.hpp"
 #include "run/make_solver.hpp"
 #include "run/risks.hpp"
@@ -11,9 +13,10 @@ namespace matpoint {
 
 class Simulation::Schedule {
  public:
-  Schedule(Real every, std::vector<Real> at, Real start) : every_(every), at_(std::move(at)) {
+  /// From now on.
+  Schedule(Real every, std::vector<Real> at, const Simulation& now) : every_(every), at_(std::move(at)) {
     std::sort(at_.begin(), at_.end());
-    while (next() <= start) advance();
+    while (next() <= now.time() || (now.step_count() > 0 && now.has_reached(next()))) advance();
   }
   /// The next time [s] that has not been written; infinite if there is none.
   Real next() const {
@@ -35,10 +38,48 @@ class Simulation::Schedule {
   std::size_t at_next_ = 0;
 };
 
+/// When checkpoints are due.
+class Simulation::CheckpointSchedule {
+ public:
+  explicit CheckpointSchedule(const Simulation& now)
+      : steps_(now.case_.output.checkpoint_steps.value_or(0)),
+        wall_(now.case_.output.checkpoint_wall.value_or(0)),
+        times_(now.case_.output.checkpoint_time.value_or(0), {}, now) {}
+
+  bool is_due(const Simulation& now) {
+    bool is_due = steps_ > 0 && now.step_count() % steps_ == 0;
+    while (now.has_reached(times_.next())) {
+      is_due = true;
+      times_.advance();
+    }
+    const Clock::time_point clock = Clock::now();
+    if (wall_ > 0 && seconds(clock - last_) >= wall_) is_due = true;
+    if (is_due) last_ = clock;
+    return is_due;
+  }
+  bool is_empty() const { return steps_ == 0 && wall_ == 0 && std::isinf(times_.next()); }
+  double seconds_since_start() const { return seconds(Clock::now() - start_); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static double seconds(Clock::duration time) { return std::chrono::duration<double>(time).count(); }
+
+  Index steps_;
+  Real wall_;
+  Schedule times_;
+  Clock::time_point start_ = Clock::now();
+  Clock::time_point last_ = start_;
+};
+
 Simulation::Simulation(Case problem) : case_(std::move(problem)), solver_(make_solver(case_)) {
   // Also when nothing is to be written: `matpoint check` shall find what `matpoint run` would refuse.
   check_outputs(case_, *solver_);
+  start_books();
+}
+
+void Simulation::start_books() {
   initial_energy_ = solver_->ledger().contact_energy;
+  initial_momentum_ = {};
   for (std::size_t b = 0; b < solver_->body_count(); ++b) {
     const BodyTotals totals = solver_->totals(b);
     initial_energy_ += totals.kinetic_energy + totals.strain_energy + totals.gravitational_energy;
@@ -75,8 +116,16 @@ void Simulation::check_usable() const {
 
 void Simulation::declare_state(State& state) {
   state.add("time", time_);
-  state.add("step", step_);
   state.add("dt", dt_);
+  if (state.is_changed()) {
+    // A run of its own, with its own steps and books.
+    clock_start_ = time_;
+    state.part("solver", *solver_);
+    start_books();
+    return;
+  }
+  state.add("clock_start", clock_start_);
+  state.add("step", step_);
   state.add("particle_left", particle_left_);
   state.add("initial_energy", initial_energy_);
   state.add("initial_momentum", initial_momentum_);
@@ -91,17 +140,24 @@ StateTable Simulation::save_state() {
   check_usable();
   StateTable table;
   State state = State::saving(table);
-  declare_state(state);
+  state.in("simulation", [&] { declare_state(state); });
+  std::string text = write_toml(case_.to_input());
+  std::string functions = fmt::format("{}", fmt::join(case_.functions(), ", "));
+  state.add("case_name", case_.name);
+  state.add("case", text);
+  state.add("case_functions", functions);
   return table;
 }
 
-void Simulation::load_state(const StateTable& table) {
+void Simulation::load_state(const StateTable& table, bool is_changed) {
   check_usable();
-  State state = State::loading(table);
+  State state = State::loading(table, is_changed);
   broken_ = "the middle of loading a state";
-  declare_state(state);
-  const std::vector<std::string> left_over = state.left_over();
-  if (!left_over.empty()) state.fail(left_over.front(), "is nothing that this case has");
+  state.in("simulation", [&] { declare_state(state); });
+  if (!is_changed) {
+    const std::vector<std::string> left_over = state.left_over("simulation/");
+    if (!left_over.empty()) state.fail(left_over.front(), "is nothing that this case has");
+  }
   broken_.clear();
 }
 
@@ -168,7 +224,7 @@ Real Simulation::rule_dt() const {
 
 bool Simulation::has_reached(Real event) const {
   // A fixed step is never cut: an event falls on the nearest step.
-  if (case_.time.dt) return step_ >= std::llround(std::min(event / *case_.time.dt, 9e18));
+  if (case_.time.dt) return step_ >= std::llround(std::min((event - clock_start_) / *case_.time.dt, 9e18));
   return time_ >= event;
 }
 
@@ -198,7 +254,7 @@ void Simulation::step(Real latest) {
   ++step_;
   dt_ = dt;
   // step * dt, not a sum: adding dt a million times ends visibly beside the end.
-  time_ = case_.time.dt ? static_cast<Real>(step_) * dt : ends_at_latest ? latest : time_ + dt;
+  time_ = case_.time.dt ? clock_start_ + static_cast<Real>(step_) * dt : ends_at_latest ? latest : time_ + dt;
   if (!solver_->escapes().empty()) handle_escapes();
 }
 
@@ -230,12 +286,13 @@ void Simulation::write_history(ResultsFolder* results, const HistoryRecord& reco
   for (const HistoryCallback& callback : history_callbacks_) callback(record.history);
 }
 
-RunEnd Simulation::run(ResultsFolder* results, std::optional<Real> until, const std::atomic<int>* interrupt) {
+RunEnd Simulation::run(ResultsFolder* results, std::optional<Real> until, const RunControl& control) {
   if (!health_) health_.emplace(*this);
   const Real end = until.value_or(case_.time.end);
-  Schedule history(case_.output.history_every.value_or(case_.time.end / 200), {}, time_);
+  Schedule history(case_.output.history_every.value_or(case_.time.end / 200), {}, *this);
   Schedule fields(case_.output.fields_every.value_or(case_.output.fields_at.empty() ? case_.time.end / 50 : 0), case_.output.fields_at,
-                  time_);
+                  *this);
+  CheckpointSchedule checkpoints(*this);
   // Automatic steps are cut at the end only: how often a run is looked at must not change it. The rows of the history that fall into a step
   // are interpolated; fields, and everything with a rule or a fixed step, are of the first step at or after their time.
   const bool is_interpolating = !case_.time.dt && !case_.time.rule;
@@ -276,8 +333,16 @@ RunEnd Simulation::run(ResultsFolder* results, std::optional<Real> until, const 
     if (before) after = record(results);
     if (!call_back()) ending = RunEnd::stopped_by_callback;
     if (particle_left_) ending = RunEnd::particle_left;
-    if (interrupt != nullptr && *interrupt != 0) ending = RunEnd::interrupted;
-    write(ending != RunEnd::finished || has_reached(end));
+    const bool is_at_end = has_reached(end);
+    if (control.time_limit && !is_at_end && checkpoints.seconds_since_start() >= *control.time_limit) ending = RunEnd::time_limit;
+    if (control.interrupt != nullptr && *control.interrupt != 0) ending = RunEnd::interrupted;
+    write(is_at_end);
+    const bool is_cut_off = ending == RunEnd::interrupted || ending == RunEnd::time_limit;
+    const bool is_asked_for = control.checkpoint != nullptr && control.checkpoint->exchange(0) != 0;
+    const bool is_due = checkpoints.is_due(*this) || is_asked_for || is_cut_off || (is_at_end && !checkpoints.is_empty());
+    if (results != nullptr && is_due) results->write_checkpoint(*this, save_state());
+    // After the checkpoint: the run that goes on from there shall write what it would have written without a break.
+    if (ending != RunEnd::finished && !is_at_end) write(true);
   }
   health_lines_ = health_->lines(*this);
   return ending;

@@ -18,7 +18,14 @@ namespace matpoint {
 class ResultsFolder;
 
 /// Why run() came back.
-enum class RunEnd { finished, stopped_by_callback, particle_left, interrupted };
+enum class RunEnd { finished, stopped_by_callback, particle_left, interrupted, time_limit };
+
+/// What may be asked of a run from elsewhere, for example by a signal handler.
+struct RunControl {
+  const std::atomic<int>* interrupt = nullptr;  ///< Not 0: ends the run at a step boundary with everything written.
+  std::atomic<int>* checkpoint = nullptr;       ///< Not 0: writes a checkpoint after the step, and sets it to 0.
+  std::optional<double> time_limit;             ///< Of run(), on the clock on the wall [s]: ends it as an interrupt does.
+};
 
 class Simulation {
  public:
@@ -55,15 +62,15 @@ class Simulation {
   /// the balances of the history stay closed.
   void set_field(std::size_t body, const std::string& name, const std::vector<Real>& values);
 
-  /// All that decides how it goes on, after a step.
+  /// All that decides how it goes on, after a step; with the case.
   StateTable save_state();
-  /// Goes on from the state of a simulation of the same case. Throws InputError where it does not fit, and then this one is of no use any
-  /// more.
-  void load_state(const StateTable& table);
+  /// Goes on from the state of a simulation of the same case; or of one with other bodies' parameters, loads, sides, outputs where
+  /// `is_changed`. Throws InputError where it does not fit, and then this one is of no use any more.
+  void load_state(const StateTable& table, bool is_changed = false);
 
-  /// Runs to `until` [s] (default: the case's end), writing into `results` when given. The flag, set from elsewhere (a signal
-  /// handler), ends the run at a step boundary with everything written.
-  RunEnd run(ResultsFolder* results = nullptr, std::optional<Real> until = {}, const std::atomic<int>* interrupt = nullptr);
+  /// Runs to `until` [s] (default: the case's end), writing into `results` when given; with a checkpoint at the end where it is
+  /// interrupted.
+  RunEnd run(ResultsFolder* results = nullptr, std::optional<Real> until = {}, const RunControl& control = {});
 
   /// Things that work as asked but probably not as meant, e.g. a fixed step above the stable limit; one sentence each.
   std::vector<std::string> warnings() const;
@@ -78,6 +85,7 @@ class Simulation {
  private:
   /// Times at which something is written: multiples of an interval and single times.
   class Schedule;
+  class CheckpointSchedule;
   /// The next step by the case's rule [s].
   Real rule_dt() const;
   /// Whether an event [s] falls on the present step.
@@ -86,12 +94,14 @@ class Simulation {
   HistoryRecord record(const ResultsFolder* results) const;
   void declare_state(State& state);
   void check_usable() const;
+  void start_books();
   void write_history(ResultsFolder* results, const HistoryRecord& record);
 
   Case case_;
   std::unique_ptr<Solver> solver_;
   std::deque<Callback> callbacks_;  // whose elements stay where they are when one is added
   std::vector<HistoryCallback> history_callbacks_;
+  Real clock_start_ = 0;  ///< Of the first step [s].
   Real time_ = 0;
   Index step_ = 0;
   Real dt_ = 0;

@@ -17,6 +17,45 @@ TEST(RoundTrip, every_shipped_case_is_valid_and_resolves_to_itself) {
   }
 }
 
+TEST(RoundTrip, implicit_cases_resolve_to_themselves) {
+  const std::string text = R"(
+gravity = [0, -9.81]
+[grid]
+upper = [1, 1]
+cells = [8, 8]
+[time]
+end = 1
+dt = 0.1
+[solver]
+type = "implicit"
+[[body]]
+name = "block"
+region = { type = "box", lower = [0.25, 0], upper = [0.5, 0.25] }
+layout = { type = "per_cell", count = 4 }
+material = { type = "neo_hookean", density = 1000, youngs_modulus = 1e5, poissons_ratio = 0.3 }
+[[body]]
+name = "other"
+region = { type = "box", lower = [0.25, 0.5], upper = [0.5, 0.75] }
+layout = { type = "per_cell", count = 4 }
+material = { type = "neo_hookean", density = 1000, youngs_modulus = 1e5, poissons_ratio = 0.49 }
+[[boundary]]
+side = "bottom"
+kind = "fixed"
+)";
+  const std::vector<std::vector<std::string>> kinds = {{},
+                                                       {"solver.basis=element"},
+                                                       {"solver.basis=element", "solver.element_order=1"},
+                                                       {"solver.surface_penalty=10"},
+                                                       {"solver.mode=static"},
+                                                       {"solver.contact=pairs", "solver.friction=0.3"}};
+  for (const std::vector<std::string>& sets : kinds) {
+    Input input = parse_toml(text, "case.toml");
+    for (const std::string& set : sets) apply_set(input, set);
+    const std::string once = resolved(Case::from_input(input, "case"));
+    EXPECT_EQ(resolved(read(once)), once) << fmt::format("{}", fmt::join(sets, " "));
+  }
+}
+
 TEST(RoundTrip, a_case_with_one_of_everything_resolves_to_itself) {
   const std::string text = R"(
 gravity = [0, -9.81]

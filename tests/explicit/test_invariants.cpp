@@ -228,7 +228,7 @@ TEST_P(SolverInvariants, a_saved_state_goes_on_with_the_same_bits) {
     set_thread_count(3);
     Simulation second(problem);
     second.load_state(saved);
-    EXPECT_EQ(second.time(), std::get<std::vector<double>>(saved.at("time"))[0]);
+    EXPECT_EQ(second.time(), std::get<std::vector<double>>(saved.at("simulation/time"))[0]);
     while (second.step_count() < 100) second.step();
     set_thread_count(0);
     EXPECT_EQ(difference_of(whole.save_state(), second.save_state()), "");

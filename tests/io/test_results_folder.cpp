@@ -1,12 +1,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
 #include <algorithm>
 
 #include "case/case_file.hpp"
 #include "core/version.hpp"
 #include "io/fake_solver.hpp"
 #include "io/results_folder.hpp"
+#include "io/state_file.hpp"
 #include "kernel/kernel.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -36,7 +39,7 @@ Case make_case() {
 std::vector<std::string> files_in(const fs::path& folder) {
   std::vector<std::string> names;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
-    if (!entry.is_directory()) names.push_back(fs::relative(entry.path(), folder).string());
+    if (!entry.is_directory() && entry.path().filename() != k_lock_name) names.push_back(fs::relative(entry.path(), folder).string());
   }
   std::sort(names.begin(), names.end());
   return names;
@@ -80,8 +83,10 @@ TEST_F(ResultsFolderTest, holds_what_the_case_asks_for_and_nothing_else) {
   problem.probes[0].particle = 1;
   run();
   EXPECT_THAT(files_in(path), ElementsAre("grid.pvd", "grid.vtkhdf", "history.csv", "left.pvd", "left.vtkhdf", "manifest.toml",
-                                          "probe_tip.csv", "right.pvd", "right.vtkhdf", "vtu/grid_000000.vti", "vtu/grid_000001.vti",
-                                          "vtu/left_000000.vtu", "vtu/left_000001.vtu", "vtu/right_000000.vtu", "vtu/right_000001.vtu"));
+                                          "probe_tip.csv", "right.pvd", "right.vtkhdf", "vtkhdf/grid_000000.h5", "vtkhdf/grid_000001.h5",
+                                          "vtkhdf/left_000000.h5", "vtkhdf/left_000001.h5", "vtkhdf/right_000000.h5",
+                                          "vtkhdf/right_000001.h5", "vtu/grid_000000.vti", "vtu/grid_000001.vti", "vtu/left_000000.vtu",
+                                          "vtu/left_000001.vtu", "vtu/right_000000.vtu", "vtu/right_000001.vtu"));
 }
 
 TEST_F(ResultsFolderTest, only_the_wanted_fields_are_written) {
@@ -168,7 +173,8 @@ TEST_F(ResultsFolderTest, overwrite_deletes_the_earlier_run_and_nothing_else) {
   problem.output.formats = {"vtkhdf"};
   run(ExistingFolder::overwrite);
   EXPECT_THAT(files_in(path), ElementsAre("history.csv", "left.vtkhdf", "manifest.toml", "notes.txt", "other.vtkhdf", "right.vtkhdf",
-                                          "vtu/left_final.vtu", "vtu/other_000000.vtu"));
+                                          "vtkhdf/left_000000.h5", "vtkhdf/left_000001.h5", "vtkhdf/right_000000.h5",
+                                          "vtkhdf/right_000001.h5", "vtu/left_final.vtu", "vtu/other_000000.vtu"));
   EXPECT_EQ(read_text(path / "notes.txt"), "mine");
 }
 
@@ -216,7 +222,7 @@ TEST_F(ResultsFolderTest, disk_that_fills_up_is_a_solver_error_and_the_rest_stay
   EXPECT_EQ(message_of<SolverError>([&] { results.write_history(at(problem, solver, 1)); }),
             "cannot write \"" + (path / "history.csv").string() + "\": File too large");
   results.write_fields(at(problem, solver, 1));
-  EXPECT_THAT(message_of<SolverError>([&] { results.wait(); }), HasSubstr("left.vtkhdf\": File too large"));
+  EXPECT_THAT(message_of<SolverError>([&] { results.wait(); }), HasSubstr("left_000001.h5\": File too large"));
   results.write_fields(at(problem, solver, 2));
   EXPECT_THAT(message_of<SolverError>([&] { results.finish(at(problem, solver, 2), "finished"); }), HasSubstr("File too large"))
       << "an error of the last fields must not be lost";
@@ -255,14 +261,100 @@ TEST_F(ResultsFolderTest, unknown_field_is_an_input_error_with_the_nearest_name)
 }
 
 TEST_F(ResultsFolderTest, positions_of_a_grid_in_map_coordinates_keep_their_digits) {
-  const auto real_size = [&](Real away) {
+  const auto is_double = [&](Real away) {
     solver.geometry.lower = {away, 2, 0};
     run(fs::exists(path) ? ExistingFolder::overwrite : ExistingFolder::refuse);
-    return fs::file_size(path / "left.vtkhdf");
+    std::map<std::string, Index> attributes;
+    return std::holds_alternative<std::vector<double>>(read_hdf5(path / "vtkhdf" / "left_000000.h5", attributes).at("Points"));
   };
-  const auto near = real_size(-1);
-  EXPECT_EQ(real_size(100), near);
-  EXPECT_GT(real_size(4.6e6), near) << "in double precision";
+  EXPECT_FALSE(is_double(-1));
+  EXPECT_FALSE(is_double(100));
+  EXPECT_TRUE(is_double(4.6e6));
+}
+
+TEST_F(ResultsFolderTest, a_folder_that_is_being_written_is_refused_to_others) {
+  ResultsFolder first(path);
+  first.begin(at(problem, solver, 0), 1);
+  EXPECT_THAT(refusal(ExistingFolder::overwrite), HasSubstr("is in use: process "));
+  EXPECT_TRUE(folder_use(path).is_locked);
+  EXPECT_TRUE(folder_use(path).is_here());
+  EXPECT_EQ(folder_use(path).process, ::getpid());
+}
+
+TEST_F(ResultsFolderTest, goes_on_from_a_checkpoint_as_if_nothing_had_been_written_after_it) {
+  problem.output.formats = {"vtkhdf", "vtu"};
+  problem.probes = {{"tip", "left", 1, {}, ""}};
+  const auto write = [&](ResultsFolder& results, Index first, Index last) {
+    for (Index step = first; step <= last; ++step) {
+      results.write_history(at(problem, solver, step));
+      results.write_fields(at(problem, solver, step));
+    }
+  };
+  StateTable saved;
+  {
+    ResultsFolder results(path);
+    results.begin(at(problem, solver, 0), 1);
+    write(results, 0, 3);
+    results.write_checkpoint(at(problem, solver, 3), {{"simulation/here", std::vector<Index>{3}}});
+    write(results, 4, 6);
+    results.write_checkpoint(at(problem, solver, 6), {});
+    results.write_checkpoint(at(problem, solver, 7), {});
+    results.wait();
+    EXPECT_EQ(checkpoints_of(path).size(), 2u) << "the last two are kept";
+    results.write_checkpoint(at(problem, solver, 3), {{"simulation/here", std::vector<Index>{3}}});
+    write(results, 9, 9);
+    results.wait();
+  }
+  const std::vector<std::string> names = {"history.csv", "probe_tip.csv", "left.vtkhdf", "left.pvd"};
+  const auto texts = [&](const fs::path& folder) {
+    std::vector<std::string> all;
+    for (const std::string& name : names) all.push_back(read_text(folder / name));
+    return all;
+  };
+  ResultsFolder again(path, ExistingFolder::overwrite);
+  StateTable table;
+  {
+    ResultsFolder whole(folder.path() / "whole");
+    whole.begin(at(problem, solver, 0), 1);
+    write(whole, 0, 3);
+    whole.write_checkpoint(at(problem, solver, 3), {{"simulation/here", std::vector<Index>{3}}});
+    write(whole, 4, 5);
+    whole.finish(at(problem, solver, 5), "finished");
+    table = read_state(checkpoints_of(folder.path() / "whole").back());
+  }
+  EXPECT_EQ(std::get<std::vector<Index>>(table.at("simulation/here")), std::vector<Index>{3});
+  again.begin_again(at(problem, solver, 3), table, 1);
+  write(again, 4, 5);
+  again.finish(at(problem, solver, 5), "finished");
+  EXPECT_EQ(texts(path), texts(folder.path() / "whole"));
+}
+
+TEST_F(ResultsFolderTest, states_that_are_damaged_are_refused) {
+  fs::create_directories(path);
+  const fs::path state = path / "state.h5";
+  write_state(state, {{"a/b", std::vector<double>(300, 0.5)}, {"c", std::vector<float>{1, 2}}, {"d", std::vector<Index>{}}, {"e", "text"}});
+  const StateTable table = read_state(state);
+  EXPECT_EQ(std::get<std::string>(table.at("e")), "text");
+  EXPECT_EQ(std::get<std::vector<float>>(table.at("c")), (std::vector<float>{1, 2}));
+  EXPECT_EQ(table.size(), 4u);
+  const std::string whole = read_text(state);
+  Index refused = 0;
+  for (std::size_t k = 0; k < whole.size(); k += 7) {
+    std::string damaged = whole;
+    damaged[k] = static_cast<char>(damaged[k] ^ 0x15);
+    std::ofstream(state, std::ios::binary) << damaged;
+    try {
+      // What is not read of a file may be damaged.
+      EXPECT_TRUE(read_state(state) == table) << "byte " << k;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(state.string()));
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 300);
+  std::ofstream(state, std::ios::binary) << whole.substr(0, whole.size() / 2);
+  EXPECT_THROW(read_state(state), InputError);
+  EXPECT_THAT(message_of<InputError>([&] { read_state(path / "none.h5"); }), HasSubstr("there is no state"));
 }
 
 }  // namespace

@@ -249,9 +249,9 @@ def assert_readable_after_failure(folder):
 def test_a_full_disk_fails_the_run_and_leaves_readable_files(matpoint, case, tmp_path):
     disk = tmp_path / "disk"
     disk.mkdir()
-    if os.geteuid() != 0 or subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1600k", "tmpfs", disk], capture_output=True).returncode:
+    if os.geteuid() != 0 or subprocess.run(["mount", "-t", "tmpfs", "-o", "size=400k", "tmpfs", disk], capture_output=True).returncode:
         pytest.skip("making a small disk needs root")
-    try:  # room for some times: before each one a megabyte is reserved
+    try:  # room for some times
         done = matpoint("run", case, "--out", disk / "r", "--set", "output.fields_every=1e-4", "--set", "output.history_every=1e-4")
         assert done.returncode == 3
         assert re.match(r"error: .*cannot write .*: No space left on device", done.stderr), done.stderr
@@ -267,19 +267,34 @@ def test_a_file_size_limit_fails_the_run_and_leaves_readable_files(matpoint, cas
         case,
         "--set",
         "output.fields_every=1e-4",
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1_500_000, 1_500_000)),
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000)),
     )
     assert done.returncode == 3, done.stderr
     assert re.match(r"error: .*cannot write .*: File too large", done.stderr), done.stderr
     assert_readable_after_failure(tmp_path / "results/fall")
 
 
-@pytest.mark.parametrize("arguments", [["list"], ["run", "fall.toml"]])
-def test_a_standard_output_that_cannot_be_written_fails(program, case, tmp_path, arguments):
+def test_a_standard_output_that_cannot_be_written_fails(program, tmp_path):
     with open("/dev/full", "w") as full:
-        done = subprocess.run([program, *arguments], cwd=tmp_path, stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
+        done = subprocess.run([program, "list"], cwd=tmp_path, stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
     assert done.returncode == 3
     assert done.stderr.startswith("error: ") and "No space left on device" in done.stderr
+
+
+def test_a_run_goes_on_to_its_end_when_nobody_can_read_what_it_says(program, case, tmp_path):
+    for out, streams in (
+        ("full", {"stdout": open("/dev/full", "w")}),
+        ("both", {"stdout": open("/dev/full", "w"), "stderr": open("/dev/full", "w")}),
+    ):
+        done = subprocess.run([program, "run", case, "--out", out], cwd=tmp_path, timeout=60, **streams)
+        assert done.returncode == 0 and manifest(tmp_path / out)["status"] == "finished"
+    piped = subprocess.run(
+        f"{program} run {case} --out piped 2>piped.err | head -1", shell=True, cwd=tmp_path, timeout=60, stdout=subprocess.PIPE
+    )
+    deadline = time.monotonic() + 60
+    while manifest(tmp_path / "piped")["status"] == "running" and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert manifest(tmp_path / "piped")["status"] == "finished", piped
 
 
 @pytest.mark.parametrize("number, code", [(signal.SIGINT, 130), (signal.SIGTERM, 143)])

@@ -3,6 +3,7 @@
 Blocks that other tests run whole: the tutorials (test_api_docs.py), the case file page (test_docs.py).
 """
 
+import copy
 import math
 import os
 import re
@@ -26,7 +27,7 @@ NOT_HERE = {
     "pip install .",
     "cmake --build --preset dev && build/dev/test_material",
 }
-TESTED_ELSEWHERE = {"docs/tutorial.md", "docs/tutorial_implicit.md", "docs/tutorial_coupling.md", "docs/case_file.md"}
+TESTED_ELSEWHERE = {"docs/tutorial.md", "docs/tutorial_implicit.md", "docs/tutorial_coupling.md", "docs/case_file.md", "docs/states.md"}
 
 
 def blocks(page: Path, language: str) -> list[str]:
@@ -60,7 +61,7 @@ def test_every_command_works(matpoint, tmp_path, page):
     for number, file in enumerate(blocks(page, "toml")):
         (tmp_path / ("sag.toml" if number == 0 else f"{number}.toml")).write_text(file)
     for command in commands(page):
-        if command in NOT_HERE:
+        if command in NOT_HERE or name(page) == "docs/states.md":
             continue
         words = shlex.split(command)
         assert words[0] == "matpoint", f"{name(page)}: nobody tries {command}"
@@ -79,6 +80,54 @@ def test_every_command_works(matpoint, tmp_path, page):
             words = words[: words.index("--times")]  # times that the short run has not
         done = matpoint(*words[1:])
         assert done.returncode == 0, f"{name(page)}: {command}\n{done.stderr}"
+
+
+SHORT_DAM = """
+gravity = [0, -9.81]
+[grid]
+upper = [1, 1]
+cells = [20, 20]
+[time]
+end = 2
+[[body]]
+name = "water"
+region = { type = "box", lower = [0, 0], upper = [0.3, 0.4] }
+layout = { type = "per_cell", count = 4 }
+material = { type = "newtonian_fluid", density = 1000, pressure_scale = 2000 }
+"""
+WALLS = "".join(f'[[boundary]]\nside = "{side}"\nkind = "slip"\n' for side in ("left", "right", "bottom", "top"))
+
+
+def test_the_page_on_states_works(matpoint, tmp_path):
+    (tmp_path / "dam").write_text(SHORT_DAM.replace("end = 2", "end = 0.4") + WALLS)
+    first, queue = blocks(ROOT / "docs/states.md", "sh")
+    for command in [re.sub(r"\s+#.*", "", line).strip() for line in first.splitlines()]:
+        done = matpoint(*shlex.split(command)[1:])
+        assert done.returncode == 0, f"{command}\n{done.stderr}"
+    assert (tmp_path / "results/tilted/manifest.toml").exists()
+
+
+def test_a_run_under_a_queue_is_requeued_until_it_has_finished(program, tmp_path):
+    """The script of the page with a queue that sends SIGTERM soon, as far as a script sees one."""
+    (tmp_path / "dam").write_text(SHORT_DAM.replace("end = 2", "end = 60") + WALLS)
+    script = tmp_path / "job.sh"
+    script.write_text(blocks(ROOT / "docs/states.md", "sh")[1])
+    tools = tmp_path / "bin"
+    tools.mkdir()
+    (tools / "srun").write_text('#!/bin/sh\n"$@" & job=$!\n(sleep 0.3; kill -TERM $job 2>/dev/null) &\nwait $job\n')
+    (tools / "scontrol").write_text(f'#!/bin/sh\necho "$@" >> {tmp_path}/requeued\n')
+    (tools / "matpoint").symlink_to(program)
+    for tool in ("srun", "scontrol"):
+        (tools / tool).chmod(0o755)
+    environment = {**os.environ, "PATH": f"{tools}:{os.environ['PATH']}", "SLURM_JOB_ID": "17"}
+    codes = []
+    while not codes or codes[-1] != 0:
+        done = subprocess.run(["sh", script], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=60)
+        codes.append(done.returncode)
+        assert codes[-1] in (0, 143) and len(codes) < 60, done.stderr
+    assert codes.count(143) >= 1, "it was faster than the queue"
+    assert (tmp_path / "requeued").read_text() == "requeue 17\n" * codes.count(143)
+    assert 'status = "finished"' in (tmp_path / "results/dam/manifest.toml").read_text()
 
 
 def test_the_first_case_of_the_readme_has_no_warning(matpoint, tmp_path):
@@ -115,12 +164,15 @@ def test_the_python_page_runs(tmp_path, monkeypatch):
     import matpoint as mp
     import numpy as np
 
-    case, run, state, functions, callback, plots = blocks(ROOT / "docs/python.md", "python")
+    case, run, states, state, functions, callback, plots = blocks(ROOT / "docs/python.md", "python")
     names = {}
     exec(case, names)  # noqa: S102
     assert (tmp_path / "ball.toml").exists()
     exec(run.replace("simulation.run(output=", "simulation = case.build(); simulation.run(output="), names)  # noqa: S102
     exec(state, names)  # noqa: S102
+    names.update(copy=copy, finer=names["case"].build())
+    exec(states, names)  # noqa: S102
+    assert names["twin"].time == names["simulation"].time > names["finer"].time == 0
     array = np.array([[0.5, 0.5], [0.6, 0.5]])
     parts = {"mp": mp, "np": np, "math": math, "array": array, "stress": lambda F: F - np.eye(3)}
     for line in functions.splitlines():

@@ -124,7 +124,7 @@ TEST_P(ContinuedRun, is_the_uninterrupted_run_to_the_last_bit) {
 
 INSTANTIATE_TEST_SUITE_P(all, ContinuedRun, testing::ValuesIn(continued()), [](const auto& parameter) { return parameter.param.name; });
 
-/// "solver/body/lower/velocity" is of the same declaration as that of another body: "solver/body/*/velocity".
+/// "simulation/solver/body/lower/velocity" is of the same declaration as that of another body: "simulation/solver/body/*/velocity".
 std::string declaration_of(const std::string& path) {
   return std::regex_replace(
       path, std::regex("/(block|lower|upper|plate|[0-9]+|(block|lower|upper)\\|(block|lower|upper))(?=/|$)|/grid(_of_[a-z]+)?(?=/)"), "/*");
@@ -173,17 +173,17 @@ TEST(State, has_nothing_that_decides_nothing) {
   // What outputs show of the last step; where escapes are looked for on a background that moves; what functions of time are asked with, of
   // which these cases have none; what springs that let go are booked with; what a step without balanced
   // accelerations starts from; and boxes that may be a little wider.
-  const std::set<std::string> reports = {"solver/*/moved_mass",
-                                         "solver/*/velocity_x",
-                                         "solver/*/velocity_y",
-                                         "solver/background_nodes",
-                                         "solver/pair/*/totals/force",
-                                         "solver/pairs/body/*/box_lower",
-                                         "solver/pairs/body/*/box_upper",
-                                         "solver/pairs/pair/*/first/holds/energy",
-                                         "solver/pairs/pair/*/second/holds/energy",
-                                         "solver/boundary/*/in_slip/force",
-                                         "solver/time"};
+  const std::set<std::string> reports = {"simulation/solver/*/moved_mass",
+                                         "simulation/solver/*/velocity_x",
+                                         "simulation/solver/*/velocity_y",
+                                         "simulation/solver/background_nodes",
+                                         "simulation/solver/pair/*/totals/force",
+                                         "simulation/solver/pairs/body/*/box_lower",
+                                         "simulation/solver/pairs/body/*/box_upper",
+                                         "simulation/solver/pairs/pair/*/first/holds/energy",
+                                         "simulation/solver/pairs/pair/*/second/holds/energy",
+                                         "simulation/solver/boundary/*/in_slip/force",
+                                         "simulation/solver/time"};
   std::erase_if(idle, [&](const std::string& name) { return reports.count(name) > 0; });
   EXPECT_EQ(fmt::format("{}", fmt::join(idle, " ")), "");
 }
@@ -198,16 +198,16 @@ TEST(State, of_another_case_is_refused_with_the_difference) {
     return complaint_of([&] { Simulation(read(k_block + solid, sets)).load_state(table); });
   };
   EXPECT_EQ(load_into({}, saved), "");
-  EXPECT_EQ(load_into({"body.block.name=ball"}, saved), "the state does not fit: solver/body/ball/block_first_cell is missing");
+  EXPECT_EQ(load_into({"body.block.name=ball"}, saved), "the state does not fit: simulation/solver/body/ball/block_first_cell is missing");
   EXPECT_EQ(load_into({"solver.precision=single"}, saved),
-            "the state does not fit: solver/body/block/block_particle_counts has not one row for each block");
-  EXPECT_EQ(load_into({"solver.transfer=apic"}, saved), "the state does not fit: solver/body/block/affine_velocity is missing");
+            "the state does not fit: simulation/solver/body/block/block_particle_counts has not one row for each block");
+  EXPECT_EQ(load_into({"solver.transfer=apic"}, saved), "the state does not fit: simulation/solver/body/block/affine_velocity is missing");
   StateTable more = saved;
-  more["solver/pairs/energy"] = std::vector<double>{0};
-  EXPECT_EQ(load_into({}, more), "the state does not fit: solver/pairs/energy is nothing that this case has");
+  more["simulation/solver/pairs/energy"] = std::vector<double>{0};
+  EXPECT_EQ(load_into({}, more), "the state does not fit: simulation/solver/pairs/energy is nothing that this case has");
   StateTable less = saved;
-  std::get<std::vector<double>>(less.at("solver/body/block/velocity")).pop_back();
-  EXPECT_NE(load_into({}, less).find("solver/body/block/velocity has "), std::string::npos);
+  std::get<std::vector<double>>(less.at("simulation/solver/body/block/velocity")).pop_back();
+  EXPECT_NE(load_into({}, less).find("simulation/solver/body/block/velocity has "), std::string::npos);
 }
 
 }  // namespace
