@@ -137,7 +137,8 @@ void write_array(hid_t file, const Hdf5Array& array, const std::filesystem::path
 void write_joined(hid_t file, const Hdf5Joined& joined, const std::filesystem::path& path) {
   Index rows = 0;
   for (const Hdf5Source& source : joined.sources) rows += source.rows;
-  const std::vector<hsize_t> shape = dimensions(rows, joined.row_shape);
+  std::vector<hsize_t> shape = dimensions(rows, joined.row_shape);
+  if (joined.is_row) shape.erase(shape.begin());
   const int rank = static_cast<int>(shape.size());
   const Handle space(H5Screate_simple(rank, shape.data(), nullptr), H5Sclose, path);
   const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, path);
@@ -155,8 +156,8 @@ void write_joined(hid_t file, const Hdf5Joined& joined, const std::filesystem::p
     std::vector<hsize_t> start(block.size(), 0);
     start[0] = first;
     first += block[0];
-    check(H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, block.data(), nullptr), path);
-    const Handle there(H5Screate_simple(rank, block.data(), nullptr), H5Sclose, path);
+    if (!joined.is_row) check(H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, block.data(), nullptr), path);
+    const Handle there(H5Screate_simple(static_cast<int>(block.size()), block.data(), nullptr), H5Sclose, path);
     check(H5Pset_virtual(creation, space, source.file.c_str(), source.dataset.c_str(), there), path);
   }
   check(H5Sselect_all(space), path);

@@ -45,6 +45,7 @@ struct Hdf5Joined {
   Number number = Number::float64;
   std::vector<Index> row_shape;
   std::vector<Hdf5Source> sources;
+  bool is_row = false;  ///< There is one row, and the data set has its shape.
 };
 
 struct Hdf5Attribute {

@@ -107,6 +107,7 @@ void VtkHdfSeries::add_columns(Hdf5Content& content) const {
   for (const Column& column : columns_) {
     Hdf5Joined joined{"VTKHDF/" + column.name, column.number, column.row_shape, {}};
     for (std::size_t t = 0; t < times_.size(); ++t) joined.sources.push_back({file_of(t), column.name, times_[t].points});
+    joined.is_row = grid_ && times_.size() == 1;  // VTK takes an image of one time for one without times
     content.joined.push_back(std::move(joined));
   }
 }

@@ -79,8 +79,9 @@ def read_hdf(path: Path) -> list[tuple[float, dict[str, bytes]]]:
             arrays = {}
             for name, data in root["PointData"].items():
                 begin = int(root[f"Steps/PointDataOffsets/{name}"][k])
-                size = int(root["NumberOfPoints"][root["Steps/PartOffsets"][k]]) if "NumberOfPoints" in root else 1
-                arrays[name] = data[begin : begin + size].tobytes()
+                is_image = "NumberOfPoints" not in root
+                size = 1 if is_image else int(root["NumberOfPoints"][root["Steps/PartOffsets"][k]])
+                arrays[name] = (data[...] if is_image and count == 1 else data[begin : begin + size]).tobytes()
             found.append((float(times[k]), arrays))
         return found
 
@@ -99,6 +100,7 @@ def read_vtk(path: Path) -> list[tuple[float, dict[str, bytes]]]:
         reader.Update()
         data = reader.GetOutputDataObject(0).GetPointData()
         names = [data.GetArrayName(k) for k in range(data.GetNumberOfArrays())]
+        assert names, f"{path}: VTK shows no fields at {reader.GetTimeValue()}"
         found.append((reader.GetTimeValue(), {name: vtk_to_numpy(data.GetArray(name)).tobytes() for name in names}))
     return found
 
