@@ -3,6 +3,7 @@
 #include <tuple>
 
 #include "body/cell_blocks.hpp"
+#include "core/parallel.hpp"
 #include "core/state.hpp"
 
 namespace matpoint {
@@ -47,7 +48,6 @@ void CellBlocks<Dim, R>::declare_state(State& state) {
   state.add("block_first_cell", firsts);
   state.add("block_particle_counts", counts);
   state.add("count", count_);
-  std::vector<R*> particles;  // cell by cell
   if (state.is_loading()) {
     if (firsts.size() != counts.size()) state.fail("block_particle_counts", "has not one row for each block");
     for (std::size_t b = 0; b < firsts.size(); ++b) {
@@ -70,36 +70,70 @@ void CellBlocks<Dim, R>::declare_state(State& state) {
       while (block->held_count < block->slot_count) block->push_slot(take_slot(band));
     }
   }
+  // In one pass over the particles: they are read from memory once, on all threads.
+  std::vector<std::size_t> begin;  // of each band
+  std::size_t total = 0;
   for (const Band& band : bands_) {
+    begin.push_back(total);
     for_each_block(band, [&](const BlockType& block) {
-      for (int lane = 0; lane < L; ++lane) {
-        for (int k = 0; k < block.count(lane); ++k) particles.push_back(block.slot(k) + lane);
-      }
+      for (int lane = 0; lane < L; ++lane) total += static_cast<std::size_t>(block.count(lane));
     });
   }
-  std::vector<Index> ids;
-  for (const R* particle : particles) ids.push_back(state.is_loading() ? 0 : id_from_bits(particle[layout_.id * L]));
-  state.add("id", ids);
-  if (ids.size() != particles.size()) state.fail("id", fmt::format("has {} numbers, not {}", ids.size(), particles.size()));
-  for (std::size_t p = 0; p < ids.size() && state.is_loading(); ++p)
-    particles[p][layout_.id * L] = id_to_bits<R>(static_cast<std::uint32_t>(ids[p]));
-  for (const auto& [name, first, width] : named_fields(layout_)) {
-    if (first < 0 || width == 0) continue;
+  struct Column {
+    std::string name;
+    int first;
+    std::size_t width;
     std::vector<R> values;
-    const auto w = static_cast<std::size_t>(width);
-    if (!state.is_loading()) {
-      values.reserve(particles.size() * w);
-      for (const R* particle : particles) {
-        for (int f = 0; f < width; ++f) values.push_back(particle[(first + f) * L]);
-      }
+  };
+  std::vector<Column> columns;
+  for (const auto& [name, first, width] : named_fields(layout_)) {
+    if (first >= 0 && width > 0) columns.push_back({name, first, static_cast<std::size_t>(width), {}});
+  }
+  std::vector<Index> ids;
+  if (state.is_loading()) {
+    state.take("id", ids);
+    if (ids.size() != total) state.fail("id", fmt::format("has {} numbers, not {}", ids.size(), total));
+    for (Column& column : columns) {
+      state.take(column.name, column.values);
+      if (column.values.size() != total * column.width)
+        state.fail(column.name, fmt::format("has {} numbers, not {}", column.values.size(), total * column.width));
     }
-    state.add(name, values);
-    if (!state.is_loading()) continue;
-    if (values.size() != particles.size() * w) state.fail(name, fmt::format("has {} numbers, not {}", values.size(), particles.size() * w));
-    for (std::size_t p = 0; p < particles.size(); ++p) {
-      for (std::size_t f = 0; f < w; ++f) particles[p][(first + static_cast<int>(f)) * L] = values[p * w + f];
+  } else {
+    ids = state.spare_list<Index>("id");
+    ids.resize(total);
+    for (Column& column : columns) {
+      column.values = state.spare_list<R>(column.name);
+      column.values.resize(total * column.width);
     }
   }
+  const bool is_loading = state.is_loading();
+  parallel_for(static_cast<Index>(bands_.size()), static_cast<Index>(total), [&](Index b) {
+    std::size_t p = begin[static_cast<std::size_t>(b)];
+    for_each_block(bands_[static_cast<std::size_t>(b)], [&](const BlockType& block) {
+      for (int lane = 0; lane < L; ++lane) {
+        for (int k = 0; k < block.count(lane); ++k, ++p) {
+          R* const particle = block.slot(k) + lane;
+          if (is_loading)
+            particle[layout_.id * L] = id_to_bits<R>(static_cast<std::uint32_t>(ids[p]));
+          else
+            ids[p] = id_from_bits(particle[layout_.id * L]);
+          for (Column& column : columns) {
+            R* const values = column.values.data() + p * column.width;
+            for (std::size_t f = 0; f < column.width; ++f) {
+              R& field = particle[(column.first + static_cast<int>(f)) * L];
+              if (is_loading)
+                field = values[f];
+              else
+                values[f] = field;
+            }
+          }
+        }
+      }
+    });
+  });
+  if (is_loading) return;
+  state.take("id", ids);
+  for (Column& column : columns) state.take(column.name, column.values);
 }
 
 // Used by particle_body_state.cpp.

@@ -78,8 +78,12 @@ constexpr std::size_t width() {
 
 class State {
  public:
-  /// Saves into the table.
-  static State saving(StateTable& table) { return {&table, nullptr}; }
+  /// Saves into the table. `spare`: an earlier table that is of no use any more and lends its memory; null: none.
+  static State saving(StateTable& table, StateTable* spare = nullptr) {
+    State state{&table, nullptr};
+    state.spare_ = spare;
+    return state;
+  }
   /// Loads from it.
   static State loading(const StateTable& table, bool is_changed = false) { return {nullptr, &table, is_changed}; }
 
@@ -97,6 +101,25 @@ class State {
       add_fixed(name, value);
     else
       add_list(name, value);
+  }
+
+  /// The same for long lists that are of no use to the caller afterwards: saving does not copy them.
+  template <class T>
+  void take(const std::string& name, std::vector<T>& values) {
+    if (is_loading()) {
+      values = find_numbers<T>(name);
+    } else if (!to_->try_emplace(path_ + name, std::move(values)).second) {
+      fail(name, "is declared twice");
+    }
+  }
+
+  /// Memory for what take() will get: new memory costs more than filling it.
+  template <class T>
+  std::vector<T> spare_list(const std::string& name) {
+    if (spare_ == nullptr) return {};
+    const auto found = spare_->find(path_ + name);
+    auto* const values = found == spare_->end() ? nullptr : std::get_if<std::vector<T>>(&found->second);
+    return values == nullptr ? std::vector<T>{} : std::move(*values);
   }
 
   /// Something that is there or not.
@@ -236,14 +259,15 @@ class State {
       }
       return;
     }
-    std::vector<Element> all;
-    all.reserve(values.size() * width);
-    for (T& value : values) state_detail::for_each_number(value, [&](auto& number) { all.push_back(static_cast<Element>(number)); });
+    std::vector<Element> all(values.size() * width);
+    Element* next = all.data();
+    for (T& value : values) state_detail::for_each_number(value, [&](auto& number) { *next++ = static_cast<Element>(number); });
     if (!to_->try_emplace(path_ + name, std::move(all)).second) fail(name, "is declared twice");
   }
 
   StateTable* to_;
   const StateTable* from_;
+  StateTable* spare_ = nullptr;
   bool is_changed_;
   std::set<std::string> asked_for_;
   std::string path_;

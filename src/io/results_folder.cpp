@@ -5,6 +5,7 @@
 #include <chrono>
 #include <limits>
 #include <set>
+#include <utility>
 
 #include "io/state_file.hpp"
 
@@ -375,9 +376,9 @@ void ResultsFolder::write_checkpoint(const Snapshot& now, StateTable state) {
   wait();
   State results = State::saving(state);
   results.in("results", [&] { declare_state(results); });
-  auto table = std::make_shared<StateTable>(std::move(state));
+  state_ = std::make_shared<StateTable>(std::move(state));
   const Index step = now.step;
-  writing_ = std::async(std::launch::async, [this, table, step] {
+  writing_ = std::async(std::launch::async, [this, table = state_, step] {
     const fs::path folder = path_ / k_checkpoints;
     std::error_code ignored;
     fs::create_directories(folder, ignored);
@@ -387,6 +388,11 @@ void ResultsFolder::write_checkpoint(const Snapshot& now, StateTable state) {
     const std::vector<fs::path> all = checkpoints_of(path_);
     for (std::size_t k = 0; k + 2 < all.size(); ++k) fs::remove(all[k], ignored);
   });
+}
+
+StateTable ResultsFolder::spare_state() {
+  wait();
+  return state_ ? std::move(*std::exchange(state_, nullptr)) : StateTable{};
 }
 
 void ResultsFolder::sync_rows() {

@@ -61,6 +61,8 @@ class ResultsFolder {
   /// Writes a checkpoint beside the run, after the fields before it, and keeps the last two. `state`: of the simulation. Throws SolverError
   /// for what went wrong with earlier fields.
   void write_checkpoint(const Snapshot& now, StateTable state);
+  /// The state of the last checkpoint, to use its memory; waits for what is being written. Throws SolverError.
+  StateTable spare_state();
 
   /// Comes back when all fields and checkpoints are in the files. Throws SolverError.
   void wait();
@@ -127,9 +129,10 @@ class ResultsFolder {
   Index fields_step_ = -1;
   Real history_time_ = 0;
   Real fields_time_ = 0;
-  Index taken_step_ = -1;      ///< Of the fields that are in the files or on their way there.
-  Fields fields_;              ///< Of the last time that was taken; the next one uses its memory.
-  std::future<void> writing_;  // last: what it writes with must outlive it
+  Index taken_step_ = -1;              ///< Of the fields that are in the files or on their way there.
+  Fields fields_;                      ///< Of the last time that was taken; the next one uses its memory.
+  std::shared_ptr<StateTable> state_;  ///< Of the last checkpoint; the next one uses its memory.
+  std::future<void> writing_;          // last: what it writes with must outlive it
 };
 
 }  // namespace matpoint

@@ -136,10 +136,10 @@ void Simulation::declare_state(State& state) {
   state.part("solver", *solver_);
 }
 
-StateTable Simulation::save_state() {
+StateTable Simulation::save_state(StateTable spare) {
   check_usable();
   StateTable table;
-  State state = State::saving(table);
+  State state = State::saving(table, &spare);
   state.in("simulation", [&] { declare_state(state); });
   std::string text = write_toml(case_.to_input());
   std::string functions = fmt::format("{}", fmt::join(case_.functions(), ", "));
@@ -340,7 +340,7 @@ RunEnd Simulation::run(ResultsFolder* results, std::optional<Real> until, const 
     const bool is_cut_off = ending == RunEnd::interrupted || ending == RunEnd::time_limit;
     const bool is_asked_for = control.checkpoint != nullptr && control.checkpoint->exchange(0) != 0;
     const bool is_due = checkpoints.is_due(*this) || is_asked_for || is_cut_off || (is_at_end && !checkpoints.is_empty());
-    if (results != nullptr && is_due) results->write_checkpoint(*this, save_state());
+    if (results != nullptr && is_due) results->write_checkpoint(*this, save_state(results->spare_state()));
     // After the checkpoint: the run that goes on from there shall write what it would have written without a break.
     if (ending != RunEnd::finished && !is_at_end) write(true);
   }

@@ -62,8 +62,8 @@ class Simulation {
   /// the balances of the history stay closed.
   void set_field(std::size_t body, const std::string& name, const std::vector<Real>& values);
 
-  /// All that decides how it goes on, after a step; with the case.
-  StateTable save_state();
+  /// All that decides how it goes on, after a step; with the case. `spare`: an earlier state, whose memory is used.
+  StateTable save_state(StateTable spare = {});
   /// Goes on from the state of a simulation of the same case; or of one with other bodies' parameters, loads, sides, outputs where
   /// `is_changed`. Throws InputError where it does not fit, and then this one is of no use any more.
   void load_state(const StateTable& table, bool is_changed = false);
