@@ -220,9 +220,12 @@ int run_program(int argc, char** argv) {
 /// Threads of GNU OpenMP that wait for each other spin for milliseconds; when other programs want the processors, too, a run becomes
 /// tens of times slower. The library reads how long to spin before main() begins, so the program starts itself once more.
 void limit_spinning(char** argv) {
-  if (std::getenv("GOMP_SPINCOUNT") != nullptr || std::getenv("OMP_WAIT_POLICY") != nullptr) return;
-  setenv("GOMP_SPINCOUNT", "20000", 1);  // about 50 microseconds, more than the pause between two sweeps
-  execv("/proc/self/exe", argv);         // comes back only if there is no such file: then threads spin
+  const bool has_spin = std::getenv("GOMP_SPINCOUNT") != nullptr || std::getenv("OMP_WAIT_POLICY") != nullptr;
+  if (has_spin && std::getenv("OPENBLAS_NUM_THREADS") != nullptr) return;
+  // One thread of BLAS (linear_solver.cpp says why); otherwise it makes all it may when it is loaded, and hangs where there is no room.
+  setenv("OPENBLAS_NUM_THREADS", "1", 0);
+  if (!has_spin) setenv("GOMP_SPINCOUNT", "20000", 1);  // about 50 microseconds, more than the pause between two sweeps
+  execv("/proc/self/exe", argv);                        // comes back only if there is no such file: then threads spin
 }
 
 int fail(int code, const std::string& text) {

@@ -20,11 +20,24 @@ bool take_object(nb::handle value, const char* text, Input& input) {
   return true;
 }
 
+/// How deep lists and tables may stand in each other: a list that holds itself has no end.
+constexpr int k_depth_max = 100;
+
+std::string text_from(nb::handle value, const std::string& where) {
+  Py_ssize_t size = 0;
+  const char* const text = PyUnicode_AsUTF8AndSize(value.ptr(), &size);
+  if (text != nullptr) return {text, static_cast<std::size_t>(size)};
+  PyErr_Clear();
+  const nb::object shown = nb::steal(PyObject_ASCII(value.ptr()));
+  throw InputError("{}: the text {} has a character that no file can hold (a lone surrogate)", where, nb::cast<std::string>(shown));
+}
+
 bool is_numpy_scalar(nb::handle value) { return nb::hasattr(value, "dtype") && nb::hasattr(value, "item"); }
 
 }  // namespace
 
-Input to_input(nb::handle value, const std::string& where) {
+Input to_input(nb::handle value, const std::string& where, int depth) {
+  if (depth > k_depth_max) throw InputError("{}: lists and dicts stand in each other more than {} deep", where.substr(0, 60), k_depth_max);
   if (PyBool_Check(value.ptr())) return Input::boolean(nb::cast<bool>(value));
   if (PyLong_Check(value.ptr())) {
     Index number = 0;
@@ -32,20 +45,20 @@ Input to_input(nb::handle value, const std::string& where) {
     return Input::integer(number);
   }
   if (PyFloat_Check(value.ptr())) return Input::real(nb::cast<Real>(value));
-  if (PyUnicode_Check(value.ptr())) return Input::string(nb::cast<std::string>(value));
+  if (PyUnicode_Check(value.ptr())) return Input::string(text_from(value, where));
   if (PyDict_Check(value.ptr())) {
     Input table = Input::table();
     for (auto [key, item] : nb::cast<nb::dict>(value)) {
       if (!PyUnicode_Check(key.ptr())) throw InputError("{}: the key {} must be a string", where, nb::repr(key).c_str());
-      const auto name = nb::cast<std::string>(key);
-      table.entries().emplace_back(name, to_input(item, where.empty() ? name : where + "." + name));
+      const std::string name = text_from(key, where.empty() ? "a key" : where);
+      table.entries().emplace_back(name, to_input(item, where.empty() ? name : where + "." + name, depth + 1));
     }
     return table;
   }
   if (PyList_Check(value.ptr()) || PyTuple_Check(value.ptr())) {
     Input array = Input::array();
     std::size_t index = 0;
-    for (nb::handle item : nb::iter(value)) array.items().push_back(to_input(item, fmt::format("{}[{}]", where, index++)));
+    for (nb::handle item : nb::iter(value)) array.items().push_back(to_input(item, fmt::format("{}[{}]", where, index++), depth + 1));
     return array;
   }
   Input object;
@@ -55,7 +68,12 @@ Input to_input(nb::handle value, const std::string& where) {
       take_object<BodyForce>(value, "a function of position", object)) {
     return object;
   }
-  if (nb::hasattr(value, "tolist") && is_numpy_scalar(value)) return to_input(value.attr("tolist")(), where);
+  if (nb::hasattr(value, "tolist") && is_numpy_scalar(value)) {
+    const nb::object plain = value.attr("tolist")();
+    if (!is_numpy_scalar(plain)) return to_input(plain, where, depth + 1);
+    // Numbers that Python has not, such as long doubles, are what they are for NumPy also then.
+    if (nb::cast<std::string>(plain.attr("dtype").attr("kind")) == "f") return Input::real(nb::cast<Real>(nb::float_(plain)));
+  }
   throw InputError("{}: {} of type {} is no value of a case; allowed: numbers, texts, lists, dicts and the parts of matpoint", where,
                    printable(nb::repr(value).c_str(), 60), nb::str(nb::handle(value.type()).attr("__name__")).c_str());
 }

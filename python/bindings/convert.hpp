@@ -19,7 +19,7 @@ using ConstArray = nb::ndarray<nb::numpy, const Real, nb::c_contig, nb::device::
 
 /// A tree of dicts, lists, numbers, texts and core objects (regions, layouts, materials, functions). Throws InputError for anything else;
 /// `where` names the value in that message.
-Input to_input(nb::handle value, const std::string& where);
+Input to_input(nb::handle value, const std::string& where, int depth = 0);
 
 /// The tree as dicts and lists.
 nb::object from_input(const Input& input);

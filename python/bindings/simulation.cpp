@@ -7,6 +7,8 @@
 
 #include <chrono>
 #include <cmath>
+#include <mutex>
+#include <set>
 #include <thread>
 
 #include "convert.hpp"
@@ -23,6 +25,23 @@ namespace matpoint::python {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+/// The flags of the simulations that are going on, to end them before the interpreter goes: a thread that comes back to it then would end
+/// the program with an abort.
+std::mutex g_running_mutex;
+std::set<std::atomic<int>*> g_running;
+
+void end_runs() {
+  const nb::gil_scoped_release unlocked;
+  while (true) {
+    {
+      const std::lock_guard lock(g_running_mutex);
+      if (g_running.empty()) return;
+      for (std::atomic<int>* interrupt : g_running) *interrupt = 1;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+}
 
 const char* text_of(RunEnd ending) {
   switch (ending) {
@@ -258,8 +277,14 @@ class PythonSimulation {
       take_interrupt();
       simulation_.runner_ = std::this_thread::get_id();
       simulation_.is_running_ = true;
+      const std::lock_guard lock(g_running_mutex);
+      g_running.insert(&simulation_.interrupt_);
     }
-    ~Running() { simulation_.is_running_ = simulation_.is_in_callback_ = false; }
+    ~Running() {
+      const std::lock_guard lock(g_running_mutex);
+      g_running.erase(&simulation_.interrupt_);
+      simulation_.is_running_ = simulation_.is_in_callback_ = false;
+    }
     Running(const Running&) = delete;
     Running& operator=(const Running&) = delete;
 
@@ -328,6 +353,7 @@ class PythonSimulation {
 }  // namespace
 
 void bind_simulation(nb::module_& m) {
+  m.def("end_runs", &end_runs, "Ends all runs in other threads after their step, and comes back then.");
   m.def(
       "case_of_state",
       [](const std::string& path, bool is_given) {

@@ -15,6 +15,16 @@ from matpoint.functions import FunctionLaw, Where, name_of, positional_count
 from matpoint.parts import Part
 
 
+def text_for_core(where: str, value: Any) -> str:
+    """A name or path as text. Raises InputError for half a character (a lone surrogate), which no file can hold."""
+    text = str(value)
+    try:
+        text.encode("utf-8")
+    except UnicodeEncodeError as error:
+        raise _core.InputError(f"{where}: the text {text!a} has a character that no file can hold (a lone surrogate)") from error
+    return text
+
+
 def copied(value: Any) -> Any:
     """A value of a case whose tables, lists and arrays can be changed alone; functions are shared."""
     if isinstance(value, Part):

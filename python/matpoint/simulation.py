@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import html
 import os
 import sys
@@ -16,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from matpoint import _core
-from matpoint.case_data import copied, node_axes, placeholders, plain, refuse_functions, require_picklable, text_of, to_core
+from matpoint.case_data import copied, node_axes, placeholders, plain, refuse_functions, require_picklable, text_for_core, text_of, to_core
 from matpoint.health import HealthLine, warn_of
 from matpoint.history import History
 from matpoint.parts import empty_section, part_of
@@ -30,6 +31,8 @@ _VALUES = ("title", "source", "dim", "gravity", "gravity_times", "gravity_factor
 
 # A process forked from one whose threads have worked has none of them, and would wait for them for ever.
 os.register_at_fork(after_in_child=lambda: _core.set_threads(1))
+# A run in a thread that outlives the interpreter ends after its step, with everything written.
+atexit.register(_core.end_runs)
 
 
 def set_threads(count: int) -> None:
@@ -109,7 +112,7 @@ class Case:
     def __init__(self, name: str = "case", **sections: Any) -> None:
         if not isinstance(name, str):
             raise _core.InputError(f"Case: name = {name!r} is not allowed, it must be a string")
-        object.__setattr__(self, "name", name)
+        object.__setattr__(self, "name", text_for_core("Case: name", name))
         object.__setattr__(self, "_data", {})
         for key, value in sections.items():
             setattr(self, key, value)
@@ -125,7 +128,10 @@ class Case:
             value = [value]
         if key in _LISTS and not (isinstance(value, (list, tuple)) and all(isinstance(item, Mapping) for item in value)):
             raise _core.InputError(f"Case: {key} = {value!r} is not allowed: give one {key.capitalize()}(...), or a list of them")
-        self._data[key] = part_of(key, list(value) if key in _LISTS else value)
+        try:
+            self._data[key] = part_of(key, list(value) if key in _LISTS else value)
+        except RecursionError as error:
+            raise _core.InputError(f"Case: {key} holds itself") from error
 
     def __getattr__(self, key: str) -> Any:
         if key.startswith("_"):
@@ -170,7 +176,7 @@ class Case:
         Raises:
             InputError: The file is no valid case; the text names the line, the value and what is allowed.
         """
-        name, data = _core.load_case(str(source), [sets] if isinstance(sets, str) else list(sets))
+        name, data = _core.load_case(text_for_core("from_toml", source), [sets] if isinstance(sets, str) else list(sets))
         return cls(name, **data)
 
     def to_toml(self, path: str | Path | None = None) -> str:
@@ -195,7 +201,10 @@ class Case:
         return data
 
     def _resolve(self) -> dict[str, Any]:
-        data: dict[str, Any] = _core.resolve(placeholders(self._data, self.dim), self.name)
+        try:
+            data: dict[str, Any] = _core.resolve(placeholders(self._data, self.dim), self.name)
+        except RecursionError as error:
+            raise _core.InputError("Case: a list or dict of the case holds itself") from error
         return data
 
     def _to_core(self) -> dict[str, Any]:
@@ -210,7 +219,10 @@ class Case:
     def copy(self) -> Case:
         """A case that can be changed without changing this one; functions are shared."""
         made = Case(self.name)
-        made._data.update({key: copied(value) for key, value in self._data.items()})
+        try:
+            made._data.update({key: copied(value) for key, value in self._data.items()})
+        except RecursionError as error:
+            raise _core.InputError("Case: a list or dict of the case holds itself") from error
         return made
 
     def check(self) -> CaseReport:
@@ -346,7 +358,7 @@ class Simulation:
         if output is not None:
             if self.step_count > 0 or self._core.has_results():
                 raise _core.InputError("run: output can be given to the first run of a simulation only; later runs go on writing there")
-            self._core.open_results(str(output), overwrite, f"Python: {' '.join(sys.argv) or 'interactive'}")
+            self._core.open_results(text_for_core("run: output", output), overwrite, f"Python: {' '.join(sys.argv) or 'interactive'}")
         with Progress(self, until) if progress else nullcontext():
             ending = str(self._core.run(until))
         if ending != "interrupted":
@@ -422,7 +434,7 @@ class Simulation:
             InputError: The simulation is in the middle of a step.
             SolverError: The file cannot be written, or the simulation broke off.
         """
-        self._core.save(str(path))
+        self._core.save(text_for_core("save", path))
 
     def set_state(self, other: Simulation) -> None:
         """Takes positions, velocities and deformation gradients of the bodies that both simulations have, by the particles' ids.
@@ -501,9 +513,10 @@ def load(path: str | Path, case: Case | None = None) -> Simulation:
         InputError: There is no such file, it is damaged or of another version, the case has functions and is not given, or the given
             case is another one: the text names the first difference.
     """
-    data = _core.case_of_state(str(path), case is not None)
+    path = text_for_core("load", path)
+    data = _core.case_of_state(path, case is not None)
     simulation = Simulation(Case(data[0], **data[1]) if case is None else case)
-    simulation._core.load(str(path))
+    simulation._core.load(path)
     return simulation
 
 

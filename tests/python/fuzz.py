@@ -1,0 +1,206 @@
+"""Feeds the program with input that nobody would write: cases, command lines and states with random changes.
+
+    scripts/fuzz                         1000 of each kind
+    scripts/fuzz --count 10000 check     cases through `matpoint check`
+    scripts/fuzz --seed 7 run            another sequence
+
+The program must answer each with exit code 0, or with one line that begins with "error: " and names the place (exit codes 2 and 3): no
+signal, no exit code 1, no message of C++ or HDF5, and within 30 s of computing and 4 GB.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import re
+import resource
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+KINDS = ("check", "run", "words", "states")
+VALUES = (
+    "0 -0.0 1 -1 2 1e-300 1e300 -1e300 inf nan 1e9 4096 0.1 9223372036854775807 -9223372036854775808 18446744073709551616 true false [] {} "
+    "[1] [0,0] [0,-9.81] [1,1,1] [[0,0],[1,0],[0,1]] '' 'x' 'left' 'bottom' 'fixed' 'slip' 'friction' 'implicit' 'explicit' 'pairs' 'gimp' "
+    "'linear' 'element' 'bspline' 'static' 1979-05-27 '\\u0000' [inf,nan] {type='disk'} {type='box',lower=[0,0],upper=[0,0]}"
+).split(" ")
+CASES = sorted((ROOT / "cases").glob("*.toml"))
+
+
+def lines_of(text: str) -> list[str]:
+    return text.splitlines()
+
+
+def mutated(text: str, other: str, rng: random.Random) -> str:
+    """A case with some changes: values, keys, lines, sections of another case, bytes."""
+    for _ in range(rng.choice([1, 1, 1, 2, 3, 6])):
+        lines = lines_of(text) or [""]
+        at = rng.randrange(len(lines))
+        kind = rng.randrange(9)
+        if kind <= 3 and "=" in lines[at]:
+            key = lines[at].split("=", 1)[0]
+            lines[at] = f"{key}= {rng.choice(VALUES)}"
+        elif kind == 4 and "=" in lines[at]:
+            key, value = lines[at].split("=", 1)
+            lines[at] = f"{key.strip()[:-1]}x ={value}"
+        elif kind == 5:
+            del lines[at]
+        elif kind == 6:
+            lines.insert(at, rng.choice(lines_of(other) or [""]))
+        elif kind == 7:
+            numbers = list(re.finditer(r"-?\d+\.?\d*(e-?\d+)?", lines[at]))
+            if numbers:
+                found = rng.choice(numbers)
+                lines[at] = lines[at][: found.start()] + rng.choice(VALUES) + lines[at][found.end() :]
+        else:
+            position = rng.randrange(len(text) + 1)
+            text = text[:position] + rng.choice(["[", "]", '"', "\n", "=", "\x00", "é", "#", "{", ",", "\udcff"]) + text[position + 1 :]
+            continue
+        text = "\n".join(lines) + "\n"
+    return text
+
+
+class Trials:
+    def __init__(self, program: str, folder: Path, seed: int) -> None:
+        self.program = program
+        self.folder = folder
+        self.rng = random.Random(seed)
+        self.count = 0
+        self.good = 0
+        self.failures: list[str] = []
+
+    def answer(self, words: list[str], what: str) -> subprocess.CompletedProcess[bytes]:
+        """Runs the program, and looks at how it ends."""
+
+        def limits() -> None:
+            resource.setrlimit(resource.RLIMIT_CPU, (30, 31))
+            resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30))
+
+        self.count += 1
+        done = subprocess.run([self.program, *words], cwd=self.folder, capture_output=True, preexec_fn=limits, timeout=300)
+        errors = done.stderr.decode("utf-8", "replace")
+        lines = [line for line in errors.split("\n") if line and not line.startswith("warning: ")]
+        self.good += done.returncode == 0
+        if done.returncode == 0 and not lines:
+            return done
+        if done.returncode in (2, 3) and len(lines) == 1 and lines[0].startswith("error: ") and len(lines[0]) > 20:
+            if not re.search(r"std::|basic_string|vector::|HDF5-DIAG|bad_alloc", lines[0]):
+                return done
+        kept = self.folder / f"failure-{len(self.failures)}"
+        self.failures.append(f"{what}: exit code {done.returncode}: {errors.strip()[:400]} (kept as {kept})")
+        for path in self.folder.glob("trial*"):
+            if path.is_file():
+                shutil.copy(path, f"{kept}-{path.name}")
+        return done
+
+    def case(self) -> Path:
+        path = self.folder / "trial.toml"
+        text = mutated(self.rng.choice(CASES).read_text(), self.rng.choice(CASES).read_text(), self.rng)
+        path.write_bytes(text.encode("utf-8", "surrogateescape"))
+        return path
+
+    def check(self) -> None:
+        self.answer(["check", str(self.case())], "check")
+
+    def run(self) -> None:
+        """For some steps."""
+        case = self.case()
+        checked = self.answer(["check", str(case)], "check")
+        step = re.search(rb"# time step +(\S+) s", checked.stdout)
+        size = re.search(rb"(\d+) particles", checked.stdout)
+        if checked.returncode != 0 or step is None or (size is not None and int(size[1]) > 20000):
+            return
+        shutil.rmtree(self.folder / "r", ignore_errors=True)
+        end = ["--set", f"time.end={3 * float(step[1])!r}"]
+        self.answer(["run", str(case), "--out", "r", *end], "run")
+
+    def words(self) -> None:
+        """A command line of right words, wrong ones, and the sets of a case."""
+        known = "run check list explain status plot verify --out --set --threads --overwrite --continue --from --time-limit".split()
+        other = [
+            "disks",
+            "dam",
+            "r",
+            "",
+            "-",
+            "--",
+            "1",
+            "-1",
+            "nan",
+            "1e999",
+            "time.end=1e-9",
+            "solver.shape=gimp",
+            "body.1.name=",
+            "a.b.c=1",
+            "=",
+            "x=[",
+            "é",
+        ]
+        words = [self.rng.choice(known if self.rng.random() < 0.5 else other) for _ in range(self.rng.randrange(1, 6))]
+        if words[0] in ("verify", "plot") or ("run" in words and any(word in ("disks", "dam") for word in words)):
+            words = ["check", *words[1:]]
+        self.answer(words, " ".join(words))
+
+    def states(self) -> None:
+        """Checkpoints with changed bytes, cut, or grown."""
+        folder = self.folder / "saved"
+        if not folder.exists():
+            (self.folder / "disks.sh").write_text("")
+            done = subprocess.run(
+                [self.program, "run", "disks", "--out", "saved", "--set", "time.end=0.02", "--checkpoint-steps", "3"],
+                cwd=self.folder,
+                capture_output=True,
+            )
+            assert done.returncode == 0, done.stderr
+        state = sorted((folder / "checkpoints").glob("*.h5"))[-1].read_bytes()
+        data = bytearray(state)
+        kind = self.rng.randrange(4)
+        if kind == 0:
+            data = data[: self.rng.randrange(len(data))]
+        elif kind == 1:
+            data += bytes(self.rng.randrange(1, 5000))
+        else:
+            # The file's own tables are at its beginning and end, where a change does most.
+            for _ in range(self.rng.choice([1, 1, 4, 50])):
+                at = (
+                    self.rng.randrange(len(data))
+                    if kind == 2
+                    else self.rng.choice([self.rng.randrange(4096), -1 - self.rng.randrange(8192)])
+                )
+                data[at] = self.rng.randrange(256)
+        path = self.folder / "trial.h5"
+        path.write_bytes(bytes(data))
+        shutil.rmtree(self.folder / "r", ignore_errors=True)
+        self.answer(["run", "--from", str(path), "--out", "r", "--set", "time.end=0.021"], "state")
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("kinds", nargs="*", default=list(KINDS), metavar="KIND", help=f"of {', '.join(KINDS)}; default: all")
+    parser.add_argument("--count", type=int, default=1000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--program", default=str(ROOT / "build/release/bin/matpoint"))
+    parser.add_argument("--keep", help="a folder for the inputs that failed")
+    arguments = parser.parse_args()
+    os.environ["MATPLOTLIBRC"] = os.devnull
+    with tempfile.TemporaryDirectory() as folder:
+        keep = Path(arguments.keep) if arguments.keep else Path(folder)
+        keep.mkdir(parents=True, exist_ok=True)
+        failed = 0
+        for kind in arguments.kinds:
+            trials = Trials(arguments.program, keep, arguments.seed)
+            for _ in range(arguments.count):
+                getattr(trials, kind)()
+            print(f"{kind}: {trials.count} trials, {trials.good} of them went well, {len(trials.failures)} failures", flush=True)
+            for failure in trials.failures[:20]:
+                print(failure)
+            failed += len(trials.failures)
+        return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
