@@ -217,7 +217,7 @@ class Case:
         return self.copy()
 
     def copy(self) -> Case:
-        """A case that can be changed without changing this one; functions are shared."""
+        """A case that can be changed without changing this one; functions are shared. Raises InputError for a list that holds itself."""
         made = Case(self.name)
         try:
             made._data.update({key: copied(value) for key, value in self._data.items()})

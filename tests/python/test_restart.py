@@ -92,6 +92,11 @@ def test_a_killed_run_goes_on_as_if_nothing_had_been(program, matpoint, case, tm
         pytest.skip("the run was faster than the signal")
     assert ended == (code, "")
     assert ("dead" if number == signal.SIGKILL else "interrupted") in matpoint("status", "cut").stdout
+    if number == signal.SIGKILL:
+        lock = (tmp_path / "cut/.lock").read_text()
+        (tmp_path / "cut/.lock").write_text("17 elsewhere 2026-01-01T00:00:00Z\n")
+        assert "unknown: process 17 on elsewhere wrote last at 20" in matpoint("status", "cut").stdout
+        (tmp_path / "cut/.lock").write_text(lock)
     done = matpoint("run", "--continue", "cut", *options)
     assert done.returncode == 0, done.stderr
     assert content(tmp_path / "cut") == content(tmp_path / "whole")
