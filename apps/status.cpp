@@ -15,7 +15,7 @@ std::string text_of(const Input& manifest, const char* key) {
 
 /// When a file of the folder was written last.
 std::string last_written(const std::filesystem::path& folder) {
-  std::filesystem::file_time_type newest{};
+  std::filesystem::file_time_type newest = std::filesystem::file_time_type::min();
   std::error_code error;
   for (const auto& file : std::filesystem::recursive_directory_iterator(folder, error)) {
     if (file.is_regular_file(error)) newest = std::max(newest, file.last_write_time(error));

@@ -3,7 +3,10 @@
 #include <hdf5.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <cstring>
 #include <limits>
+#include <mutex>
 #include <new>
 #include <utility>
 
@@ -75,6 +78,49 @@ std::vector<hsize_t> dimensions(Index rows, const std::vector<Index>& row_shape)
   std::vector<hsize_t> all{static_cast<hsize_t>(rows)};
   for (const Index n : row_shape) all.push_back(static_cast<hsize_t>(n));
   return all;
+}
+
+/// The memory in which files are made, kept from one to the next: asking the system for it again costs a third of writing it.
+class ImageMemory {
+ public:
+  static void* grow(void* old, std::size_t size) {
+    const std::lock_guard lock(s_mutex);
+    const bool is_kept = old == nullptr ? !s_is_used : old == s_data;
+    if (!is_kept) return std::realloc(old, size);
+    if (size > s_size) {
+      void* const grown = std::realloc(s_data, size);
+      if (grown == nullptr) return nullptr;
+      s_data = grown;
+      s_size = size;
+    }
+    s_is_used = true;
+    return s_data;
+  }
+  static void give_back(void* image) {
+    const std::lock_guard lock(s_mutex);
+    if (image == s_data)
+      s_is_used = false;
+    else
+      std::free(image);
+  }
+
+ private:
+  static inline std::mutex s_mutex;
+  static inline void* s_data = nullptr;
+  static inline std::size_t s_size = 0;
+  static inline bool s_is_used = false;
+};
+
+void use_kept_memory(hid_t access, const std::filesystem::path& path) {
+  H5FD_file_image_callbacks_t callbacks{};
+  callbacks.image_malloc = [](size_t size, H5FD_file_image_op_t, void*) { return ImageMemory::grow(nullptr, size); };
+  callbacks.image_memcpy = [](void* to, const void* from, size_t size, H5FD_file_image_op_t, void*) { return std::memcpy(to, from, size); };
+  callbacks.image_realloc = [](void* old, size_t size, H5FD_file_image_op_t, void*) { return ImageMemory::grow(old, size); };
+  callbacks.image_free = [](void* image, H5FD_file_image_op_t, void*) -> herr_t {
+    ImageMemory::give_back(image);
+    return 0;
+  };
+  check(H5Pset_file_image_callbacks(access, &callbacks), path);
 }
 
 /// Makes the data set, with the groups on the way to it.
@@ -265,6 +311,7 @@ void write_hdf5(const std::filesystem::path& path, const Hdf5Content& content) {
   for (const Hdf5Array& array : content.arrays) needed += value_count(array) * byte_size(array.number);
   constexpr Index k_least = 1 << 16, k_most = 1 << 28;
   check(H5Pset_fapl_core(access, static_cast<std::size_t>(std::clamp(needed, k_least, k_most)), false), path);
+  use_kept_memory(access, path);
   check(H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_LATEST), path);
   Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose, path);
   for (const Hdf5Array& array : content.arrays) write_array(file, array, path);

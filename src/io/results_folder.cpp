@@ -313,6 +313,7 @@ void ResultsFolder::make_folder() const {
 }
 
 void ResultsFolder::make_writers(const Snapshot& start) {
+  watch_.emplace(path_);
   const OutputSpec& output = start.problem.output;
   const Number real = output.precision == "double" || is_far_away(start.solver) ? Number::float64 : Number::float32;
   const bool has_hdf = has(output.formats, "vtkhdf");
@@ -362,11 +363,11 @@ void ResultsFolder::write_fields(const Snapshot& now) {
 
 void ResultsFolder::append(const Fields& fields) {
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    if (bodies_[b].hdf) bodies_[b].hdf->write(fields.particles[b]);
+    if (bodies_[b].hdf) bodies_[b].hdf->write(fields.particles[b], &*watch_);
     if (bodies_[b].vtu) bodies_[b].vtu->write(fields.particles[b]);
   }
   sync_rows();
-  if (grid_.hdf) grid_.hdf->write(*fields.nodes);
+  if (grid_.hdf) grid_.hdf->write(*fields.nodes, &*watch_);
   if (grid_.vtu) grid_.vtu->write(*fields.nodes);
   fields_step_ = fields.step;
   fields_time_ = fields.time;
@@ -395,6 +396,12 @@ StateTable ResultsFolder::spare_state() {
   return state_ ? std::move(*std::exchange(state_, nullptr)) : StateTable{};
 }
 
+std::vector<ResultsFolder::Writers*> ResultsFolder::all_writers() {
+  std::vector<Writers*> all{&grid_};
+  for (Writers& writers : bodies_) all.push_back(&writers);
+  return all;
+}
+
 void ResultsFolder::sync_rows() {
   history_->file().sync();
   for (const auto& probe : probes_) probe->file().sync();
@@ -420,6 +427,9 @@ void ResultsFolder::resume(const Snapshot& now) {
 
 void ResultsFolder::finish(const Snapshot& end, const std::string& status) {
   wait();
+  for (Writers* writers : all_writers()) {
+    if (writers->hdf) writers->hdf->settle(*watch_);
+  }
   sync_rows();
   manifest_.status = status;
   manifest_.ended = time_stamp();

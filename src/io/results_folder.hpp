@@ -114,6 +114,7 @@ class ResultsFolder {
   };
   void append(const Fields& fields);
   void sync_rows();
+  std::vector<Writers*> all_writers();
 
   std::filesystem::path path_;
   ExistingFolder existing_;
@@ -123,6 +124,7 @@ class ResultsFolder {
   std::vector<ProbeSpec> probe_specs_;
   std::vector<ProbeTarget> targets_;
   std::vector<std::unique_ptr<Probe>> probes_;
+  std::optional<ReaderWatch> watch_;  ///< From begin() on.
   std::vector<Writers> bodies_;
   Writers grid_;
   Index history_step_ = -1;

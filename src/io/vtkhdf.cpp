@@ -52,7 +52,7 @@ std::vector<Index> VtkHdfSeries::image_shape() const {
   return shape;
 }
 
-void VtkHdfSeries::write(const FieldSet& set) {
+void VtkHdfSeries::write(const FieldSet& set, ReaderWatch* watch) {
   std::vector<Column> columns;
   if (!grid_) columns.push_back({"Points", real_, {3}});
   for (const Field& field : set.fields) {
@@ -69,6 +69,9 @@ void VtkHdfSeries::write(const FieldSet& set) {
   time.points = grid_ ? 1 : static_cast<Index>(set.position.size() / 3);
   write_piece(set, time);
   times_.push_back(time);
+  constexpr std::chrono::milliseconds k_patience{20};
+  is_behind_ = watch != nullptr && times_.size() > 1 && !watch->is_quiet(name_ + ".vtkhdf", k_patience);
+  if (is_behind_) return;
   try {
     write_index();
   } catch (...) {
@@ -194,6 +197,14 @@ void VtkHdfSeries::declare_state(State& state) {
       state.add("row_shape", columns_[k].row_shape);
     });
   }
+}
+
+void VtkHdfSeries::settle(ReaderWatch& watch) {
+  if (!is_behind_) return;
+  // Whoever looks without a pause has had his time.
+  watch.is_quiet(name_ + ".vtkhdf", std::chrono::milliseconds(3000));
+  write_index();
+  is_behind_ = false;
 }
 
 void VtkHdfSeries::take_back() const {

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "io/field_file.hpp"
+#include "io/reader_watch.hpp"
 
 namespace matpoint {
 
@@ -20,9 +21,12 @@ class VtkHdfSeries {
                int dim = 3)
       : folder_(std::move(folder)), name_(std::move(name)), real_(real), compression_(compression), grid_(std::move(grid)), dim_(dim) {}
 
-  /// Appends one time. The number of particles may change from call to call, the fields may not. Throws SolverError, and what was
-  /// written before stays readable.
-  void write(const FieldSet& set);
+  /// Appends one time. The number of particles may change from call to call, the fields may not. While somebody is looking at the file of
+  /// all times, as `watch` tells, that is left as it is until a later time, or settle(). Throws SolverError, and what was written before
+  /// stays readable.
+  void write(const FieldSet& set, ReaderWatch* watch = nullptr);
+  /// All times are in the file of all times then. Throws SolverError.
+  void settle(ReaderWatch& watch);
   /// Loading: the next write() goes on after these times.
   void declare_state(State& state);
   /// The file of all times as it was when this state was saved: later times are no longer in it. Throws SolverError.
@@ -62,6 +66,7 @@ class VtkHdfSeries {
   int dim_;
   std::vector<Column> columns_;  ///< Points, and the fields.
   std::vector<Time> times_;
+  bool is_behind_ = false;  ///< The file of all times.
 };
 
 }  // namespace matpoint

@@ -92,10 +92,10 @@ std::vector<Continued> continued() {
            resting + floor,
        8},
       {"implicit_3d",
-       "gravity = [0, 0, -9.81]\n[grid]\nupper = [1, 1, 1]\ncells = [5, 5, 5]\n" + step(0.005) + implicit +
+       "dim = 3\ngravity = [0, 0, -9.81]\n[grid]\nupper = [1, 1, 1]\ncells = [5, 5, 5]\n" + step(0.005) + implicit +
            "[[body]]\nname = \"block\"\nregion = { type = \"box\", lower = [0.2, 0.2, 0.02], upper = [0.6, 0.6, 0.4] }\n"
-           "layout = { type = \"per_cell\", count = 8 }\nvelocity = { type = \"uniform\", value = [0.5, 0.2, -1] }\n" +
-           elastic + "[[boundary]]\nside = \"back\"\nkind = \"fixed\"\ncontact = \"no_tension\"\n",
+           "layout = { type = \"per_cell\", count = 8 }\nvelocity = { type = \"uniform\", value = [0.5, 0.2, -0.5] }\n" +
+           elastic + "[[boundary]]\nside = \"front\"\nkind = \"fixed\"\ncontact = \"no_tension\"\n",
        12},
       {"implicit_elements",
        given + step(0.002) + implicit + "basis = \"element\"\n" + box("plate", "[0, 0]", "[1, 0.2]", "method = \"elements\"\n" + elastic) +
