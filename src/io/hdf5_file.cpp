@@ -123,12 +123,18 @@ void use_kept_memory(hid_t access, const std::filesystem::path& path) {
   check(H5Pset_file_image_callbacks(access, &callbacks), path);
 }
 
-/// Makes the data set, with the groups on the way to it.
+/// Makes the data set, with the groups on the way to it. None of them keeps the time at which it was made: the same numbers make the same
+/// file.
 Handle make_dataset(hid_t file, const std::string& name, hid_t type, hid_t space, hid_t creation, const std::filesystem::path& path) {
-  check(H5Pset_obj_track_times(creation, false), path);  // the same numbers make the same file
-  const Handle link(H5Pcreate(H5P_LINK_CREATE), H5Pclose, path);
-  check(H5Pset_create_intermediate_group(link, 1), path);
-  return {H5Dcreate2(file, name.c_str(), type, space, link, creation, H5P_DEFAULT), H5Dclose, path};
+  for (std::size_t end = name.find('/'); end != std::string::npos; end = name.find('/', end + 1)) {
+    const std::string group = name.substr(0, end);
+    if (H5Lexists(file, group.c_str(), H5P_DEFAULT) > 0) continue;
+    const Handle of_group(H5Pcreate(H5P_GROUP_CREATE), H5Pclose, path);
+    check(H5Pset_obj_track_times(of_group, false), path);
+    const Handle made(H5Gcreate2(file, group.c_str(), H5P_DEFAULT, of_group, H5P_DEFAULT), H5Gclose, path);
+  }
+  check(H5Pset_obj_track_times(creation, false), path);
+  return {H5Dcreate2(file, name.c_str(), type, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose, path};
 }
 
 Index value_count(const Hdf5Array& array) {
@@ -313,7 +319,9 @@ void write_hdf5(const std::filesystem::path& path, const Hdf5Content& content) {
   check(H5Pset_fapl_core(access, static_cast<std::size_t>(std::clamp(needed, k_least, k_most)), false), path);
   use_kept_memory(access, path);
   check(H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_LATEST), path);
-  Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose, path);
+  const Handle root(H5Pcreate(H5P_FILE_CREATE), H5Pclose, path);
+  check(H5Pset_obj_track_times(root, false), path);
+  Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, root, access), H5Fclose, path);
   for (const Hdf5Array& array : content.arrays) write_array(file, array, path);
   for (const Hdf5Joined& joined : content.joined) write_joined(file, joined, path);
   for (const Hdf5Attribute& attribute : content.attributes) write_attribute(file, attribute, path);
