@@ -309,7 +309,7 @@ Index byte_size(Number number) {
   return 1;
 }
 
-void write_hdf5(const std::filesystem::path& path, const Hdf5Content& content) {
+void write_hdf5(const std::filesystem::path& path, const Hdf5Content& content, OnDisk what) {
   make_hdf5_quiet();
   // Made in memory and written in one piece: HDF5 itself never meets a disk that is full or fails, and the file is complete or not there.
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, path);
@@ -330,7 +330,7 @@ void write_hdf5(const std::filesystem::path& path, const Hdf5Content& content) {
   check(H5Fget_vfd_handle(file, H5P_DEFAULT, &image), path);
   const ssize_t size = H5Fget_file_image(file, nullptr, 0);  // without what is allocated beyond the end
   if (size < 0) fail_write(path, hdf5_reason());
-  write_file(path, {*static_cast<const char* const*>(image), static_cast<std::size_t>(size)});
+  write_file(path, {*static_cast<const char* const*>(image), static_cast<std::size_t>(size)}, what);
   file.close(path);
 }
 

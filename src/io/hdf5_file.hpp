@@ -16,6 +16,7 @@
 
 #include "core/state.hpp"
 #include "core/types.hpp"
+#include "io/output_file.hpp"
 
 namespace matpoint {
 
@@ -60,8 +61,8 @@ struct Hdf5Content {
   std::vector<Hdf5Attribute> attributes;
 };
 
-/// Writes or replaces a file. Throws SolverError, and then the file is what it was.
-void write_hdf5(const std::filesystem::path& path, const Hdf5Content& content);
+/// Writes or replaces a file (write_file). Throws SolverError, and then the file is what it was.
+void write_hdf5(const std::filesystem::path& path, const Hdf5Content& content, OnDisk what = OnDisk::name);
 
 /// All data sets of a file by their names, and the attributes of its root that are whole numbers. Throws InputError.
 StateTable read_hdf5(const std::filesystem::path& path, std::map<std::string, Index>& attributes);

@@ -82,7 +82,7 @@ void GrowingFile::append(std::string_view text) {
   size_ += static_cast<Index>(text.size());
 }
 
-void write_file(const std::filesystem::path& path, std::string_view text) {
+void write_file(const std::filesystem::path& path, std::string_view text, OnDisk what) {
   std::filesystem::path temporary = path;
   temporary += ".tmp";
   const int descriptor = open_to_write(temporary, O_CREAT | O_TRUNC);
@@ -97,6 +97,7 @@ void write_file(const std::filesystem::path& path, std::string_view text) {
     ::unlink(temporary.c_str());
     fail_write(path, std::strerror(error));
   }
+  if (what == OnDisk::content) return;
   const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
   const int folder_descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder_descriptor < 0) fail_write(path, std::strerror(errno));

@@ -35,8 +35,10 @@ class GrowingFile {
 };
 
 /// Writes or replaces a file by way of `<path>.tmp`: a reader sees the old or the new file, never a part, also after a power loss. On the
-/// disk when it returns. Throws SolverError.
-void write_file(const std::filesystem::path& path, std::string_view text);
+/// disk when it returns; its name may follow later, so that a power loss leaves the old file, where `OnDisk::content` does. Throws
+/// SolverError.
+enum class OnDisk { content, name };
+void write_file(const std::filesystem::path& path, std::string_view text, OnDisk what = OnDisk::name);
 
 /// SolverError `cannot write "<path>": <reason>`.
 [[noreturn]] void fail_write(const std::filesystem::path& path, const std::string& reason);

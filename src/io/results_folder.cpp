@@ -366,7 +366,6 @@ void ResultsFolder::append(const Fields& fields) {
     if (bodies_[b].hdf) bodies_[b].hdf->write(fields.particles[b], &*watch_);
     if (bodies_[b].vtu) bodies_[b].vtu->write(fields.particles[b]);
   }
-  sync_rows();
   if (grid_.hdf) grid_.hdf->write(*fields.nodes, &*watch_);
   if (grid_.vtu) grid_.vtu->write(*fields.nodes);
   fields_step_ = fields.step;

@@ -146,7 +146,7 @@ void VtkHdfSeries::write_index() const {
     index.attributes.push_back({"VTKHDF", "Origin", triple(grid_->lower)});
     index.attributes.push_back({"VTKHDF", "Spacing", triple(spacing)});
     index.attributes.push_back({"VTKHDF", "Direction", std::vector<Real>{1, 0, 0, 0, 1, 0, 0, 0, 1}});
-    write_hdf5(folder_ / (name_ + ".vtkhdf"), index);
+    write_hdf5(folder_ / (name_ + ".vtkhdf"), index, OnDisk::content);
     return;
   }
   Hdf5Joined connectivity{"VTKHDF/Connectivity", Number::int64, {}, {}}, offsets{"VTKHDF/Offsets", Number::int64, {}, {}},
@@ -182,7 +182,7 @@ void VtkHdfSeries::write_index() const {
   lists.add("VTKHDF/Steps/PointOffsets", points);
   lists.add("VTKHDF/Steps/CellOffsets", std::move(cell_offsets), Number::int64, {1});
   lists.add("VTKHDF/Steps/ConnectivityIdOffsets", std::move(entry_offsets), Number::int64, {1});
-  write_hdf5(folder_ / (name_ + ".vtkhdf"), index);
+  write_hdf5(folder_ / (name_ + ".vtkhdf"), index, OnDisk::content);
 }
 
 void VtkHdfSeries::declare_state(State& state) {

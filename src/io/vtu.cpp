@@ -116,8 +116,10 @@ std::string vti_text(const FieldSet& nodes, const GridGeometry& grid, Number rea
 }
 
 void VtuSeries::write_list(const std::string& entries) const {
-  write_file(folder_ / (name_ + ".pvd"), "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n" +
-                                             entries + "</Collection>\n</VTKFile>\n");
+  write_file(
+      folder_ / (name_ + ".pvd"),
+      "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n" + entries + "</Collection>\n</VTKFile>\n",
+      OnDisk::content);
 }
 
 void VtuSeries::write(const FieldSet& set) {
