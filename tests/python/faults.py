@@ -153,7 +153,7 @@ class Trials:
     def __init__(self, program: str, folder: Path) -> None:
         self.program = program
         self.folder = folder
-        self.library = build(folder)
+        self.preload = build(folder)
         self.failures: list[str] = []
         self.count = 0
 
@@ -161,7 +161,7 @@ class Trials:
         results = self.folder / "cut"
         spare = self.folder / "spare"
         spare.mkdir(exist_ok=True)
-        extra = {"LD_PRELOAD": str(self.library), "FAULT_FOLDER": str(results), "FAULT_AT": str(at), "FAULT_KIND": kind}
+        extra = {"LD_PRELOAD": str(self.preload), "FAULT_FOLDER": str(results), "FAULT_AT": str(at), "FAULT_KIND": kind}
         extra["FAULT_SPARE"] = str(spare)
         if counts:
             extra["FAULT_COUNT"] = str(self.folder / "calls")
