@@ -50,7 +50,8 @@ std::vector<Continued> continued() {
   return {
       {"defaults_floor", block + solid + floor},
       {"floor_with_friction", block + solid + floor + "contact = \"friction\"\nfriction = 0.3\n"},
-      {"usf_floor_with_friction", block + solid + floor + "contact = \"friction\"\nfriction = 0.3\n[solver]\nstress_order = \"usf\"\n"},
+      {"usf_floor_with_friction", given + "[time]\nend = 1\n" + resting + "velocity = { type = \"uniform\", value = [0.7, 0] }\n" + floor +
+                                      "contact = \"friction\"\nfriction = 0.3\n[solver]\nstress_order = \"usf\"\n"},
       {"floor_that_lets_go", block + solid + floor + "contact = \"no_tension\"\n"},
       {"water_with_correction", block + water + walls, 120},
       {"pairs_with_friction_usf",
