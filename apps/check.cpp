@@ -144,7 +144,8 @@ int check_command(const std::string& case_name, const std::vector<std::string>& 
   Index largest_body = 0;
   for (std::size_t b = 0; b < solver.body_count(); ++b) largest_body = std::max(largest_body, solver.particle_count(b));
   const Calibration calibration = calibrate(simulation);
-  const Index passing = std::max(calibration.field_bytes, k_seeding_bytes * largest_body);
+  const Index kept = problem.time.step_cuts_max > 0 ? solver.occupancy().state_bytes : 0;  // to go back to
+  const Index passing = kept + std::max(calibration.field_bytes, k_seeding_bytes * largest_body);
   fmt::print("# memory            {} for particles and grid, {} at the most (start, output)\n", memory_text(memory),
              memory_text(memory + passing + k_program_bytes));
   if (calibration.failure.empty()) {

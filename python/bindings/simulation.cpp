@@ -157,6 +157,8 @@ class PythonSimulation {
     return make_array(std::move(values), {history_names_.size(), rows_.size()});
   }
   void record(const std::vector<Real>& row) {
+    // A run that went back where a step failed.
+    while (!rows_.empty() && rows_.back()[0] > row[0]) rows_.pop_back();
     if (!rows_.empty() && rows_.back()[0] == row[0]) return;
     rows_.push_back(row);
   }

@@ -53,6 +53,10 @@ void TimeSpec::declare(ParameterTable<TimeSpec>& table) {
             "Share of the stable time step that an automatic step takes.");
   automatic("dt_max", "s", &TimeSpec::dt_max, positive(), "", "Longest automatic step.");
   automatic("dt_min", "s", &TimeSpec::dt_min, non_negative(), "0", "The run fails when an automatic step would be shorter.");
+  table.optional(
+      "step_cuts_max", "1", &TimeSpec::step_cuts_max, between_closed(0, 30),
+      "Explicit solver with automatic steps: a step that fails is taken again half as long, and so often at most; 0: no state is "
+      "kept to go back to.");
   typed(table, "rule", &TimeSpec::rule, step_rule_registry, "Implicit solver without dt: how long the next step is.", false);
 }
 

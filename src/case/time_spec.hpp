@@ -15,6 +15,7 @@ struct TimeSpec {
   Real cfl = 0.4;
   std::optional<Real> dt_max;
   Real dt_min = 0;
+  int step_cuts_max = 8;
   std::shared_ptr<StepRule> rule;  ///< Of an implicit run without dt.
   static void declare(ParameterTable<TimeSpec>& table);
 };

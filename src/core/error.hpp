@@ -28,6 +28,14 @@ class SolverError : public std::runtime_error {
       : std::runtime_error(fmt::format(format, std::forward<Args>(args)...)) {}
 };
 
+/// The same, of one particle of a body.
+class ParticleError : public SolverError {
+ public:
+  ParticleError(const std::string& text, std::size_t body_, long long id_) : SolverError(text), body(body_), id(id_) {}
+  std::size_t body;
+  long long id;
+};
+
 /// The candidate with the smallest edit distance to `name`; empty if none is near enough to be meant.
 std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates);
 

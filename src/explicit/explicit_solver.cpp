@@ -397,23 +397,26 @@ void ExplicitSolver<Dim, R>::check_state(Real t) {
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     bodies_[b]->append_escapes(b, escapes_);
   }
-  const auto coordinates = [](const Vec3& x) { return fmt::format("({})", fmt::join(x.begin(), x.begin() + Dim, ", ")); };
+  const auto coordinates = [](const Vec3& x) { return fmt::format("({:.6g})", fmt::join(x.begin(), x.begin() + Dim, ", ")); };
   for (const Escape& escape : escapes_) {
     if (!std::all_of(escape.position.begin(), escape.position.end(), [](Real x) { return std::isfinite(x); })) {
-      throw SolverError(
-          "t = {:.8g} s: the state is no longer finite: particle {} of body \"{}\" is at {}; the time step is probably too large", t,
-          escape.id, bodies_[escape.body]->name(), coordinates(escape.position));
+      throw ParticleError(
+          fmt::format(
+              "t = {:.8g} s: the state is no longer finite: particle {} of body \"{}\" is at {}; the time step is probably too large", t,
+              escape.id, bodies_[escape.body]->name(), coordinates(escape.position)),
+          escape.body, escape.id);
     }
   }
   if (!escapes_.empty()) return_escaped(t);
   if (has_obstacles_) keep_out(t);
-  for (auto& body : bodies_) {
-    const BadPoint bad = body->bad_point();
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const BadPoint bad = bodies_[b]->bad_point();
     if (bad.id < 0) continue;
-    throw SolverError(
-        "t = {:.8g} s: det F = {:.6g} of particle {} of body \"{}\" at {} is not positive: the material is turned inside out; "
-        "a smaller time step, stress_order = \"musl\" or a stiffer law may help",
-        t, bad.J, bad.id, body->name(), coordinates(bad.position));
+    throw ParticleError(
+        fmt::format("t = {:.8g} s: det F = {:.6g} of particle {} of body \"{}\" at {} is not positive: the material is turned inside out; "
+                    "a smaller time step, stress_order = \"musl\" or a stiffer law may help",
+                    t, bad.J, bad.id, bodies_[b]->name(), coordinates(bad.position)),
+        b, bad.id);
   }
 }
 

@@ -82,6 +82,12 @@ void GrowingFile::append(std::string_view text) {
   size_ += static_cast<Index>(text.size());
 }
 
+void GrowingFile::cut(Index size) {
+  if (size == size_) return;
+  if (::ftruncate(descriptor_, size) != 0 || ::lseek(descriptor_, size, SEEK_SET) < 0) fail_write(path_, std::strerror(errno));
+  size_ = size;
+}
+
 void write_file(const std::filesystem::path& path, std::string_view text, OnDisk what) {
   std::filesystem::path temporary = path;
   temporary += ".tmp";

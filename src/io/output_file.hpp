@@ -23,6 +23,8 @@ class GrowingFile {
   /// Appends the text, or throws SolverError and leaves the file as it was.
   void append(std::string_view text);
   Index size() const { return size_; }
+  /// Takes back what is behind the first `size` bytes. Throws SolverError.
+  void cut(Index size);
   /// Comes back when all of it is on the disk. Throws SolverError.
   void sync();
   /// Nothing can be appended any more. Throws SolverError.

@@ -395,6 +395,35 @@ StateTable ResultsFolder::spare_state() {
   return state_ ? std::move(*std::exchange(state_, nullptr)) : StateTable{};
 }
 
+ResultsFolder::Mark ResultsFolder::mark() {
+  Mark mark{history_->file().size(), {}, history_step_, history_time_, taken_step_};
+  for (const auto& probe : probes_) mark.probe_sizes.push_back(probe->file().size());
+  return mark;
+}
+
+void ResultsFolder::take_back(const Mark& mark, const Snapshot& now, const StateTable& state) {
+  wait();
+  history_->file().cut(mark.history_size);
+  for (std::size_t p = 0; p < probes_.size(); ++p) probes_[p]->file().cut(mark.probe_sizes[p]);
+  history_step_ = mark.history_step;
+  history_time_ = mark.history_time;
+  if (fields_step_ != mark.fields_step) {
+    for (Writers* writers : all_writers()) writers->drop_after(now.time);
+    fields_step_ = taken_step_ = mark.fields_step;
+    fields_time_ = now.time;
+  }
+  const std::vector<fs::path> all = checkpoints_of(path_);
+  const std::string last = checkpoint_name(now.step);
+  if (all.empty() || all.back().filename() <= last) return;
+  // The newest goes last: there is one at any time.
+  for (std::size_t k = 0; k + 1 < all.size(); ++k) {
+    if (all[k].filename() > last) fs::remove(all[k]);
+  }
+  write_checkpoint(now, state);
+  wait();
+  fs::remove(all.back());
+}
+
 std::vector<ResultsFolder::Writers*> ResultsFolder::all_writers() {
   std::vector<Writers*> all{&grid_};
   for (Writers& writers : bodies_) all.push_back(&writers);
@@ -453,7 +482,9 @@ std::string ResultsFolder::last_written() const {
   const auto part = [](const char* what, Index step, Real time) {
     return step < 0 ? fmt::format("no {}", what) : fmt::format("{} at t = {:.8g} s", what, time);
   };
-  return fmt::format("{}, {} in {}", part("history", history_step_, history_time_), part("fields", fields_step_, fields_time_),
+  const std::vector<fs::path> states = checkpoints_of(path_);
+  const std::string state = states.empty() ? "" : fmt::format(", {}", (fs::path(k_checkpoints) / states.back().filename()).string());
+  return fmt::format("{}, {}{} in {}", part("history", history_step_, history_time_), part("fields", fields_step_, fields_time_), state,
                      path_.string());
 }
 

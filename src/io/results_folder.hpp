@@ -64,6 +64,19 @@ class ResultsFolder {
   /// The state of the last checkpoint, to use its memory; waits for what is being written. Throws SolverError.
   StateTable spare_state();
 
+  /// How far the files are, to come back to.
+  struct Mark {
+    Index history_size = 0;
+    std::vector<Index> probe_sizes;
+    Index history_step = -1;
+    Real history_time = 0;
+    Index fields_step = -1;
+  };
+  Mark mark();
+  /// The run is back where it was at `mark`, at the time `now`: what was written since is taken back. Where there are checkpoints of what
+  /// came after, `state`, of now, replaces them. Throws SolverError.
+  void take_back(const Mark& mark, const Snapshot& now, const StateTable& state);
+
   /// Comes back when all fields and checkpoints are in the files. Throws SolverError.
   void wait();
 
@@ -92,6 +105,11 @@ class ResultsFolder {
     void take_back() const {
       if (hdf) hdf->take_back();
       if (vtu) vtu->take_back();
+    }
+    void drop_after(Real time) {
+      if (hdf) hdf->drop_after(time);
+      if (vtu) vtu->drop_after(time);
+      take_back();
     }
   };
 

@@ -15,6 +15,8 @@ struct Snapshot {
   Index step = 0;                                   ///< Steps done.
   Real dt = 0;                                      ///< The last step [s]; 0 before the first.
   Real initial_energy = 0;                          ///< Kinetic + strain + gravitational energy of the start [J].
+  Index failed_steps = 0;                           ///< That were taken again, smaller.
+  Index redone_steps = 0;                           ///< That were thrown away for it.
   const std::vector<HealthLine>* health = nullptr;  ///< Of a run that has ended; null: of none.
 };
 

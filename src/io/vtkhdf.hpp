@@ -29,6 +29,10 @@ class VtkHdfSeries {
   void settle(ReaderWatch& watch);
   /// Loading: the next write() goes on after these times.
   void declare_state(State& state);
+  /// Forgets the times after `time` [s]; take_back() takes them out of the file.
+  void drop_after(Real time) {
+    while (!times_.empty() && times_.back().time > time) times_.pop_back();
+  }
   /// The file of all times as it was when this state was saved: later times are no longer in it. Throws SolverError.
   void take_back() const;
 

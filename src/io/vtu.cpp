@@ -115,7 +115,12 @@ std::string vti_text(const FieldSet& nodes, const GridGeometry& grid, Number rea
   return arrays.file("ImageData", text);
 }
 
-void VtuSeries::write_list(const std::string& entries) const {
+std::string VtuSeries::file_of(std::size_t time) const { return fmt::format("vtu/{}_{:06}.{}", name_, time, grid_ ? "vti" : "vtu"); }
+
+void VtuSeries::write_list(const std::vector<Real>& times) const {
+  std::string entries;
+  for (std::size_t t = 0; t < times.size(); ++t)
+    entries += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", times[t], xml_escaped(file_of(t)));
   write_file(
       folder_ / (name_ + ".pvd"),
       "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n" + entries + "</Collection>\n</VTKFile>\n",
@@ -123,12 +128,11 @@ void VtuSeries::write_list(const std::string& entries) const {
 }
 
 void VtuSeries::write(const FieldSet& set) {
-  const std::string file = fmt::format("vtu/{}_{:06}.{}", name_, count_, grid_ ? "vti" : "vtu");
-  write_file(folder_ / file, grid_ ? vti_text(set, *grid_, real_) : vtu_text(set, real_));
-  const std::string entries = entries_ + fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", set.time, xml_escaped(file));
-  write_list(entries);
-  entries_ = entries;
-  ++count_;
+  write_file(folder_ / file_of(times_.size()), grid_ ? vti_text(set, *grid_, real_) : vtu_text(set, real_));
+  std::vector<Real> times = times_;
+  times.push_back(set.time);
+  write_list(times);
+  times_ = std::move(times);
 }
 
 }  // namespace matpoint

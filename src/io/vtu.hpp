@@ -17,22 +17,23 @@ class VtuSeries {
 
   /// Writes one time: first its file, then the list, each of them complete or not at all. Throws SolverError.
   void write(const FieldSet& set);
-  void declare_state(State& state) {
-    state.add("entries", entries_);
-    state.add("count", count_);
+  void declare_state(State& state) { state.add("times", times_); }
+  /// Forgets the times after `time` [s]; take_back() takes them out of the list.
+  void drop_after(Real time) {
+    while (!times_.empty() && times_.back() > time) times_.pop_back();
   }
   /// The list of all times as it was when this state was saved: later times are no longer in it. Throws SolverError.
-  void take_back() const { write_list(entries_); }
+  void take_back() const { write_list(times_); }
 
  private:
-  void write_list(const std::string& entries) const;
+  std::string file_of(std::size_t time) const;
+  void write_list(const std::vector<Real>& times) const;
 
   std::filesystem::path folder_;
   std::string name_;
   Number real_;
   std::optional<GridGeometry> grid_;
-  std::string entries_;
-  Index count_ = 0;
+  std::vector<Real> times_;  ///< That have been written [s].
 };
 
 /// The whole text of a .vtu file. Views nothing.

@@ -26,6 +26,8 @@ constexpr Real k_J_high = 10;
 /// Share of the energy that moved. A ball that bounces has 5 % at its end, a beam that bends by its own length on coarse cells 6 %; where
 /// particles were seen to be shaken loose it is 17 to 21 %.
 constexpr Real k_noise = 0.1;
+/// Of all steps.
+constexpr Real k_redone = 0.01;
 /// Share of the particles, per thousand steps.
 constexpr Real k_returned = 0.01;
 
@@ -151,6 +153,7 @@ std::vector<HealthLine> Health::lines(const Snapshot& now) const {
   }
   add_bodies(now, lines);
   add_particles(now, lines);
+  add_steps(now, lines);
   return lines;
 }
 
@@ -265,6 +268,17 @@ void Health::add_particles(const Snapshot& now, std::vector<HealthLine>& lines) 
     line.is_good = false;
     line.remedy = "particles left the grid: enlarge it or close its sides";
   }
+  lines.push_back(line);
+}
+
+void Health::add_steps(const Snapshot& now, std::vector<HealthLine>& lines) const {
+  if (now.failed_steps == 0) return;
+  const Real share = static_cast<Real>(now.redone_steps) / static_cast<Real>(std::max(now.step, Index{1}));
+  HealthLine line{"steps",
+                  fmt::format("{} failed and {} taken again half as long: {} steps thrown away, {:.2g} % of {}", now.failed_steps,
+                              now.failed_steps == 1 ? "was" : "were", now.redone_steps, percent(share), now.step),
+                  share <= k_redone, ""};
+  if (!line.is_good) line.remedy = "the bodies move faster than the stable step foresees: take a smaller time.cfl";
   lines.push_back(line);
 }
 

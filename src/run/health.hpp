@@ -41,6 +41,7 @@ class Health {
   Real moved_energy() const { return std::max({kinetic_.highest, strain_.highest, gravitational_.highest - gravitational_.lowest}); }
   void add_momentum(const Snapshot& now, std::vector<HealthLine>& lines) const;
   void add_bodies(const Snapshot& now, std::vector<HealthLine>& lines) const;
+  void add_steps(const Snapshot& now, std::vector<HealthLine>& lines) const;
   void add_particles(const Snapshot& now, std::vector<HealthLine>& lines) const;
 
   bool is_explicit_;

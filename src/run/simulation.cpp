@@ -7,6 +7,7 @@
 #include "case/case_file.hpp"
 #include "io/results_folder.hpp"
 #include "run/make_solver.hpp"
+#include "run/recovery.hpp"
 #include "run/risks.hpp"
 
 namespace matpoint {
@@ -57,6 +58,8 @@ class Simulation::CheckpointSchedule {
     if (is_due) last_ = clock;
     return is_due;
   }
+  /// After the run went back in time.
+  void look_again(const Simulation& now) { times_ = Schedule(now.case_.output.checkpoint_time.value_or(0), {}, now); }
   bool is_empty() const { return steps_ == 0 && wall_ == 0 && std::isinf(times_.next()); }
   double seconds_since_start() const { return seconds(Clock::now() - start_); }
 
@@ -95,12 +98,15 @@ Simulation::operator Snapshot() const {
   now.step = step_;
   now.dt = dt_;
   now.initial_energy = initial_energy_;
+  now.failed_steps = cuts_.failures;
+  now.redone_steps = cuts_.redone;
   now.health = &health_lines_;
   return now;
 }
 
 void Simulation::set_field(std::size_t body, const std::string& name, const std::vector<Real>& values) {
   check_usable();
+  is_changed_by_hand_ = true;
   const auto energy = [](const BodyTotals& totals) { return totals.kinetic_energy + totals.strain_energy + totals.gravitational_energy; };
   const BodyTotals before = solver_->totals(body);
   initial_energy_ -= solver_->ledger().contact_energy;
@@ -126,6 +132,7 @@ void Simulation::declare_state(State& state) {
   }
   state.add("clock_start", clock_start_);
   state.add("step", step_);
+  state.part("step_cuts", cuts_);
   state.add("particle_left", particle_left_);
   state.add("initial_energy", initial_energy_);
   state.add("initial_momentum", initial_momentum_);
@@ -196,7 +203,7 @@ Real Simulation::next_dt() const {
     throw SolverError("step {}, t = {:.8g} s: the stable time step {:.4g} s is below dt_min = {:.4g} s", step_ + 1, time_, dt,
                       case_.time.dt_min);
   }
-  return dt;
+  return cuts_.factor * dt;
 }
 
 Real Simulation::rule_dt() const {
@@ -243,6 +250,9 @@ void Simulation::step(Real latest) {
   }
   try {
     solver_->step(time_, dt);
+  } catch (const ParticleError& error) {
+    broken_ = fmt::format("step {}", step_ + 1);
+    throw ParticleError(fmt::format("step {}, {}", step_ + 1, error.what()), error.body, error.id);
   } catch (const SolverError& error) {
     broken_ = fmt::format("step {}", step_ + 1);
     throw SolverError(fmt::format("step {}, {}", step_ + 1, error.what()));
@@ -253,6 +263,11 @@ void Simulation::step(Real latest) {
   }
   ++step_;
   dt_ = dt;
+  ++cuts_.calm;
+  if (cuts_.factor < 1 && cuts_.is_calm()) {
+    cuts_.factor *= 2;
+    cuts_.calm = 0;
+  }
   // step * dt, not a sum: adding dt a million times ends visibly beside the end.
   time_ = case_.time.dt ? clock_start_ + static_cast<Real>(step_) * dt : ends_at_latest ? latest : time_ + dt;
   if (!solver_->escapes().empty()) handle_escapes();
@@ -268,8 +283,7 @@ void Simulation::handle_escapes() {
       const auto point = [&](const Vec3& x) { return fmt::format("({:.6g})", fmt::join(x.begin(), x.begin() + solver_->dim(), ", ")); };
       throw SolverError(
           "step {}, t = {:.8g} s: particle {} of body \"{}\" left the grid at {} with velocity {} ({} particle{} in this step); enlarge "
-          "the "
-          "grid, add a boundary, or set grid.particles_outside = \"remove\" or \"stop\"",
+          "the grid, add a boundary, or set grid.particles_outside = \"remove\" or \"stop\"",
           step_, time_, escape.id, solver_->body_name(escape.body), point(escape.position), point(escape.velocity),
           solver_->escapes().size(), solver_->escapes().size() == 1 ? "" : "s");
     }
@@ -289,10 +303,15 @@ void Simulation::write_history(ResultsFolder* results, const HistoryRecord& reco
 RunEnd Simulation::run(ResultsFolder* results, std::optional<Real> until, const RunControl& control) {
   if (!health_) health_.emplace(*this);
   const Real end = until.value_or(case_.time.end);
-  Schedule history(case_.output.history_every.value_or(case_.time.end / 200), {}, *this);
-  Schedule fields(case_.output.fields_every.value_or(case_.output.fields_at.empty() ? case_.time.end / 50 : 0), case_.output.fields_at,
-                  *this);
+  const auto history_from_now = [this] { return Schedule(case_.output.history_every.value_or(case_.time.end / 200), {}, *this); };
+  const auto fields_from_now = [this] {
+    return Schedule(case_.output.fields_every.value_or(case_.output.fields_at.empty() ? case_.time.end / 50 : 0), case_.output.fields_at,
+                    *this);
+  };
+  Schedule history = history_from_now();
+  Schedule fields = fields_from_now();
   CheckpointSchedule checkpoints(*this);
+  Recovery recovery(*this, results);
   // Automatic steps are cut at the end only: how often a run is looked at must not change it. The rows of the history that fall into a step
   // are interpolated; fields, and everything with a rule or a fixed step, are of the first step at or after their time.
   const bool is_interpolating = !case_.time.dt && !case_.time.rule;
@@ -328,8 +347,17 @@ RunEnd Simulation::run(ResultsFolder* results, std::optional<Real> until, const 
   while (ending == RunEnd::finished && !has_reached(end)) {
     before.reset();
     after.reset();
-    if (is_interpolating && std::min(time_ + next_dt(), end) > history.next()) before = record(results);
-    step(end);
+    recovery.keep_if_due();
+    try {
+      if (is_interpolating && std::min(time_ + next_dt(), end) > history.next()) before = record(results);
+      step(end);
+    } catch (const SolverError& error) {
+      if (!recovery.go_back()) recovery.give_up(error, end);
+      history = history_from_now();
+      fields = fields_from_now();
+      checkpoints.look_again(*this);
+      continue;
+    }
     if (before) after = record(results);
     if (!call_back()) ending = RunEnd::stopped_by_callback;
     if (particle_left_) ending = RunEnd::particle_left;

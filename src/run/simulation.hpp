@@ -86,6 +86,25 @@ class Simulation {
   /// Times at which something is written: multiples of an interval and single times.
   class Schedule;
   class CheckpointSchedule;
+  class Recovery;
+  /// Automatic steps after one that failed.
+  struct StepCuts {
+    static constexpr Index k_calm_max = 1 << 20;
+    static constexpr Index k_last_calm = 20;  // half steps cost little beside another failure
+    bool is_calm() const { return calm >= (factor < 0.5 ? calm_needed : k_last_calm * calm_needed); }
+    Real factor = 1;          ///< Of the step by cfl: halved where a step fails, doubled after a calm.
+    Index calm = 0;           ///< Steps since the factor changed.
+    Index calm_needed = 500;  ///< To double it: twice as long after each failure, and k_last_calm times that for the whole step.
+    Index failures = 0;
+    Index redone = 0;  ///< Steps that were thrown away.
+    void declare_state(State& state) {
+      state.add("factor", factor);
+      state.add("calm", calm);
+      state.add("calm_needed", calm_needed);
+      state.add("failures", failures);
+      state.add("redone", redone);
+    }
+  };
   /// The next step by the case's rule [s].
   Real rule_dt() const;
   /// Whether an event [s] falls on the present step.
@@ -105,8 +124,10 @@ class Simulation {
   Real time_ = 0;
   Index step_ = 0;
   Real dt_ = 0;
+  StepCuts cuts_;
   bool particle_left_ = false;
-  std::string broken_;  ///< The step in which an error left the state half done; then nothing goes on.
+  bool is_changed_by_hand_ = false;  ///< Since a state was kept to go back to.
+  std::string broken_;               ///< The step in which an error left the state half done; then nothing goes on.
   Real initial_energy_ = 0;
   Vec3 initial_momentum_{};
   std::optional<Health> health_;  ///< From the first step or run on.
