@@ -90,6 +90,7 @@ class Body {
 
   /// Viscous dissipation of the last sweep that updated the stress [J].
   virtual Real viscous_dissipation() const = 0;
+  virtual Real plastic_dissipation() const = 0;
   /// The first inverted or non-finite point of the last sweep that updated the stress; id -1 if there is none.
   virtual BadPoint bad_point() const = 0;
   /// Particles that are outside of the grid.

@@ -72,10 +72,10 @@ SlotLayout<Dim> make_layout(const BodySpec& body, const ParticleScheme& scheme, 
     layout.tau = next;
     next += k_stress_size<Dim>;
   }
-  if (material.history_size() > 0) {
+  if (const int count = material.history_size(Dim); count > 0) {
     layout.history = next;
-    layout.history_count = material.history_size();
-    next += material.history_size();
+    layout.history_count = count;
+    next += count;
   }
   layout.id = next++;  // last: what comes before is fetched in one run
   layout.field_count = next;
@@ -187,7 +187,7 @@ SweepContext<Dim, R> ParticleBody<Dim, R>::make_context(Real dt, Real flip) cons
     context.reach[d] = static_cast<R>(reach_);
   }
   context.law = material_->law_data();
-  context.law_kernel = material_->law_index() >= 0 ? kernels_.laws[material_->law_index()] : &update_function_law<Dim, R>;
+  context.law_kernel = material_->law_index() >= 0 ? law_kernel<Dim, R>(material_->law_index()) : &update_function_law<Dim, R>;
   std::fill_n(context.J_min, k_lanes<R>, R{1});
   std::fill_n(context.J_max, k_lanes<R>, R{1});
   return context;
@@ -343,11 +343,11 @@ void ParticleBody<Dim, R>::collect(Sweep what, const std::vector<BandReport>& re
     for (const BandReport& report : reports) moved_ += report.moved;
   }
   if (!updates_stress(what)) return;
-  viscous_dissipation_ = 0;
+  dissipated_ = 0;
   bad_point_ = {};
   J_min_ = J_max_ = 1;
   for (const BandReport& report : reports) {
-    viscous_dissipation_ += report.context.dissipated;
+    dissipated_ += report.context.dissipated;
     if (bad_point_.id < 0) bad_point_ = report.bad;
     for (const R J : report.context.J_min) J_min_ = std::min(J_min_, static_cast<Real>(J));
     for (const R J : report.context.J_max) J_max_ = std::max(J_max_, static_cast<Real>(J));

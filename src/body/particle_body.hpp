@@ -5,6 +5,7 @@
 
 #include "body/body.hpp"
 #include "body/cell_blocks.hpp"
+#include "body/particle_fields.hpp"
 #include "case/body_spec.hpp"
 #include "case/solver_spec.hpp"
 #include "core/parallel.hpp"
@@ -40,7 +41,8 @@ class ParticleBody final : public Body<Dim> {
   bool is_co_rotating() const override { return scheme_.is_co_rotating; }
   void set_held(bool is_held) override { spin_.is_held = is_held; }
   std::vector<MovingPoint<Dim>> particles_in(const Extent<Dim>& box, const std::vector<Index>* candidates) const override;
-  Real viscous_dissipation() const override { return viscous_dissipation_; }
+  Real viscous_dissipation() const override { return material_->flows() ? 0 : dissipated_; }
+  Real plastic_dissipation() const override { return material_->flows() ? dissipated_ : 0; }
   BadPoint bad_point() const override { return bad_point_; }
   void append_escapes(std::size_t body, std::vector<Escape>& escapes) const override;
   void remove_escaped(const Vec3& gravity, Ledger& ledger) override;
@@ -193,6 +195,7 @@ class ParticleBody final : public Body<Dim> {
   Vec3 velocity(const Particle& p) const;
   Real volume0(const Particle& p) const;
   Material::Matrix deformation_gradient(const Particle& p) const;
+  PointHistory history(const Particle& p) const;
   Real J(const Particle& p) const;
   std::array<Real, 6> cauchy_stress(const Particle& p) const;
   Material::Matrix affine_velocity(const Particle& p) const;
@@ -231,7 +234,7 @@ class ParticleBody final : public Body<Dim> {
 
   std::vector<BandReport> reports_;
   std::vector<std::vector<std::pair<std::size_t, std::size_t>>> arrivals_;  ///< Per band: (band, index) of the particles that come.
-  Real viscous_dissipation_ = 0;
+  Real dissipated_ = 0;                                                     ///< By the law in the last step [J].
   BadPoint bad_point_;
   Index moved_ = 0;
   Real speed_max_[Dim] = {};

@@ -44,6 +44,12 @@ Real ParticleBody<Dim, R>::J(const Particle& p) const {
 }
 
 template <int Dim, class R>
+PointHistory ParticleBody<Dim, R>::history(const Particle& p) const {
+  const SlotLayout<Dim>& at = blocks_->layout();
+  return {material_->flows() ? at.history_count : 0, [&](int h) { return p.field(at.history + h); }};
+}
+
+template <int Dim, class R>
 std::array<Real, 6> ParticleBody<Dim, R>::cauchy_stress(const Particle& p) const {
   std::array<Real, 6> sigma{};
   const SlotLayout<Dim>& at = blocks_->layout();
@@ -52,7 +58,7 @@ std::array<Real, 6> ParticleBody<Dim, R>::cauchy_stress(const Particle& p) const
   } else if (p.tau != nullptr) {
     for (std::size_t s = 0; s < k_stress_size<Dim>; ++s) sigma[s] = static_cast<Real>(p.tau[static_cast<int>(s) * p.stride]);
   } else {
-    sigma = components_of(material_->kirchhoff_stress(deformation_gradient(p)));
+    sigma = components_of(material_->kirchhoff_stress(deformation_gradient(p), history(p)));
   }
   const Real volume_ratio = J(p);
   for (Real& component : sigma) component /= volume_ratio;
@@ -107,7 +113,8 @@ void ParticleBody<Dim, R>::for_each_with_stress(const Band& band, F&& f) const {
 
 template <int Dim, class R>
 BodyTotals ParticleBody<Dim, R>::totals_of(const Particle& p, const Vec3& gravity) const {
-  return matpoint::totals_of({p.position, velocity(p), volume0(p), deformation_gradient(p), cauchy_stress(p)}, *material_, gravity);
+  return matpoint::totals_of({p.position, velocity(p), volume0(p), deformation_gradient(p), cauchy_stress(p), history(p)}, *material_,
+                             gravity);
 }
 
 template <int Dim, class R>
@@ -139,7 +146,7 @@ BodyTotals ParticleBody<Dim, R>::totals(const Vec3& gravity) const {
 
 template <int Dim, class R>
 std::vector<std::string> ParticleBody<Dim, R>::field_names() const {
-  std::vector<std::string> names = particle_field_names();
+  std::vector<std::string> names = particle_field_names(*material_);
   if (blocks_->layout().C >= 0) names.push_back("affine_velocity");
   return names;
 }
@@ -170,7 +177,7 @@ void ParticleBody<Dim, R>::for_each_particle_in_parallel(F&& f) const {
 template <int Dim, class R>
 void ParticleBody<Dim, R>::take_fields(const std::vector<std::string>& names, std::size_t body, int vector_size,
                                        std::vector<Field>& fields) const {
-  const WantedFields wanted = prepare_fields(name_, field_names(), names, vector_size, particle_count(), fields);
+  const WantedFields wanted = prepare_fields(name_, *material_, Dim, field_names(), names, vector_size, particle_count(), fields);
   // Without removed particles an id is its own row.
   const std::vector<std::int32_t> rows = particle_count() == id_count_ ? std::vector<std::int32_t>{} : rows_of_ids();
   gather_fields(*this, wanted, material_->density(), body, fields, [&](bool needs_stress, auto&& f) {
@@ -289,6 +296,14 @@ void ParticleBody<Dim, R>::set_deformation_gradient(const std::vector<Real>& val
     }
     for (int s = 0; at.tau >= 0 && s < k_stress_size<Dim>; ++s)
       fields[(at.tau + s) * stride] = static_cast<R>(tau[6 * row + static_cast<std::size_t>(s)]);
+    if (!material_->flows()) return;
+    Material::Matrix matrix;
+    std::copy_n(F, 9, matrix.begin());
+    std::vector<Real> remembered(static_cast<std::size_t>(at.history_count));
+    for (std::size_t h = 0; h < remembered.size(); ++h)
+      remembered[h] = static_cast<Real>(fields[(at.history + static_cast<int>(h)) * stride]);
+    material_->deform_history(matrix, remembered);
+    for (std::size_t h = 0; h < remembered.size(); ++h) fields[(at.history + static_cast<int>(h)) * stride] = static_cast<R>(remembered[h]);
   });
 }
 
@@ -296,7 +311,7 @@ template <int Dim, class R>
 std::vector<Real> ParticleBody<Dim, R>::stresses_at_rest(const std::vector<Real>& F) {
   const std::size_t count = F.size() / 9;
   const SlotLayout<Dim>& at = blocks_->layout();
-  const auto history_size = static_cast<std::size_t>(material_->history_size());
+  const auto history_size = static_cast<std::size_t>(material_->history_size(Dim));
   std::vector<Real> history(count * history_size);
   change_each_particle([&](const R* fields, int stride, std::size_t row) {
     for (std::size_t h = 0; h < history_size; ++h)

@@ -38,11 +38,30 @@ const std::vector<std::string>& particle_field_names() {
   return names;
 }
 
-WantedFields prepare_fields(const std::string& body, const std::vector<std::string>& known, const std::vector<std::string>& names,
-                            int vector_size, Index count, std::vector<Field>& fields) {
+std::vector<std::string> particle_field_names(const Material& material) {
+  std::vector<std::string> names = particle_field_names();
+  for (const InternalVariable& variable : material.internal_variables()) names.emplace_back(variable.name);
+  return names;
+}
+
+WantedFields prepare_fields(const std::string& body, const Material& material, int dim, const std::vector<std::string>& known,
+                            const std::vector<std::string>& names, int vector_size, Index count, std::vector<Field>& fields) {
   WantedFields wanted;
   fields.resize(names.size());
   for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::vector<InternalVariable> remembered = material.internal_variables();
+    const auto variable =
+        std::find_if(remembered.begin(), remembered.end(), [&](const InternalVariable& one) { return one.name == names[i]; });
+    wanted.history_places.push_back(-1);
+    if (variable != remembered.end()) {
+      wanted.history_places.back() = material.history_size(dim) - static_cast<int>(remembered.end() - variable);
+      wanted.kinds.push_back(ParticleField::J);  // which stands for it
+      fields[i].name = variable->name;
+      fields[i].unit = variable->unit;
+      fields[i].components = 1;
+      fields[i].values.resize(static_cast<std::size_t>(count));
+      continue;
+    }
     const auto* const shape =
         std::find_if(std::begin(k_shapes), std::end(k_shapes), [&](const FieldShape& s) { return s.name == names[i]; });
     if (shape == std::end(k_shapes) || std::find(known.begin(), known.end(), names[i]) == known.end())
@@ -96,7 +115,7 @@ BodyTotals totals_of(const ParticleState& particle, const Material& material, co
     one.kinetic_energy += 0.5 * one.mass * particle.velocity[d] * particle.velocity[d];
     one.gravitational_energy -= one.mass * gravity[d] * particle.position[d];
   }
-  one.strain_energy = material.energy_density(particle.F) * particle.volume0;
+  one.strain_energy = material.energy_density(particle.F, particle.history) * particle.volume0;
   one.von_mises_max = von_mises(particle.sigma);
   one.J_min = one.J_max = determinant_of(particle.F);
   return one;

@@ -3,6 +3,9 @@
 #pragma once
 
 #include <algorithm>
+#include <span>
+
+#include "core/error.hpp"
 #include "material/material.hpp"
 #include "solver/report.hpp"
 
@@ -25,11 +28,31 @@ enum class ParticleField {
 
 /// All fields that a body of particles always has.
 const std::vector<std::string>& particle_field_names();
+/// The same, and what its law remembers.
+std::vector<std::string> particle_field_names(const Material& material);
 
 Real von_mises(const std::array<Real, 6>& sigma);
 inline Real determinant_of(const Material::Matrix& F) {
   return F[0] * (F[4] * F[8] - F[5] * F[7]) - F[1] * (F[3] * F[8] - F[5] * F[6]) + F[2] * (F[3] * F[7] - F[4] * F[6]);
 }
+
+/// What the law of one particle remembers, in double: filled for laws that flow, which need it for their stress and energy, and for fields.
+class PointHistory {
+ public:
+  PointHistory() = default;
+  template <class At>
+  PointHistory(int count, At&& at) : count_(static_cast<std::size_t>(count)) {
+    MPM_ASSERT(count_ <= k_most);
+    for (std::size_t h = 0; h < count_; ++h) values_[h] = static_cast<Real>(at(static_cast<int>(h)));
+  }
+  operator std::span<const Real>() const { return {values_, count_}; }
+  Real operator[](std::size_t h) const { return values_[h]; }
+
+ private:
+  static constexpr std::size_t k_most = 32;
+  Real values_[k_most];
+  std::size_t count_ = 0;
+};
 
 /// One particle, for the totals.
 struct ParticleState {
@@ -38,6 +61,7 @@ struct ParticleState {
   Real volume0 = 0;
   Material::Matrix F{1, 0, 0, 0, 1, 0, 0, 0, 1};
   std::array<Real, 6> sigma{};  ///< Cauchy stress [Pa]: xx yy zz xy yz xz.
+  PointHistory history{};
 };
 
 /// Of one particle; center_of_mass holds m x until all are added.
@@ -52,15 +76,16 @@ void check_assigned_field(const std::string& body, const std::string& name, Inde
 struct WantedFields {
   std::vector<ParticleField> kinds;
   bool needs_stress = false;
+  std::vector<int> history_places;  ///< Of what the law remembers, its place in the history; -1: a field of `kinds`.
 };
 
 /// Brings `fields` into the shape of the named ones, for `count` particles; vectors have `vector_size` components. Memory that is there is
 /// kept. Throws InputError for a name that is not among `known`.
-WantedFields prepare_fields(const std::string& body, const std::vector<std::string>& known, const std::vector<std::string>& names,
-                            int vector_size, Index count, std::vector<Field>& fields);
+WantedFields prepare_fields(const std::string& body, const Material& material, int dim, const std::vector<std::string>& known,
+                            const std::vector<std::string>& names, int vector_size, Index count, std::vector<Field>& fields);
 
 /// The named fields, in one pass: a pass for each would go through all particles, and evaluate their law, once more. `of` has the accessors
-/// position(p), velocity(p), cauchy_stress(p), deformation_gradient(p), id(p), volume0(p) and affine_velocity(p);
+/// position(p), velocity(p), cauchy_stress(p), deformation_gradient(p), history(p), id(p), volume0(p) and affine_velocity(p);
 /// for_each(needs_stress, f) calls f(p, row) for all particles.
 template <class Of, class ForEach>
 void gather_fields(const Of& of, const WantedFields& wanted, Real density, std::size_t body, std::vector<Field>& fields,
@@ -70,6 +95,10 @@ void gather_fields(const Of& of, const WantedFields& wanted, Real density, std::
     const Real J = determinant_of(F);
     const std::array<Real, 6> sigma = wanted.needs_stress ? of.cauchy_stress(p) : std::array<Real, 6>{};
     for (std::size_t i = 0; i < wanted.kinds.size(); ++i) {
+      if (wanted.history_places[i] >= 0) {
+        fields[i].values[row] = of.history(p)[static_cast<std::size_t>(wanted.history_places[i])];
+        continue;
+      }
       const int components = fields[i].components;
       Real* const to = fields[i].values.data() + row * static_cast<std::size_t>(components);
       const auto copy = [&](const auto& values) { std::copy(values.begin(), values.end(), to); };

@@ -24,6 +24,7 @@ struct PointBody<Dim>::Rows {
   std::array<Real, 6> cauchy_stress(std::size_t p) const { return body.row_cauchy_stress(p); }
   Material::Matrix deformation_gradient(std::size_t p) const { return body.row_deformation_gradient(p); }
   Material::Matrix affine_velocity(std::size_t) const { return {}; }
+  PointHistory history(std::size_t p) const { return body.row_history(p); }
   Index id(std::size_t p) const { return body.id[p]; }
   Real volume0(std::size_t p) const { return body.volume0[p]; }
 };
@@ -40,7 +41,7 @@ void PointBody<Dim>::add_point(const Vec<Dim>& x, Real volume) {
   volume0.push_back(volume);
   mass.push_back(volume * material_->density());
   total_mass_ += mass.back();
-  history.resize(history.size() + static_cast<std::size_t>(material_->history_size()), 0);
+  history.resize(history.size() + static_cast<std::size_t>(material_->history_size(Dim)), 0);
   if (material_->is_rate_dependent()) {
     const std::array<Real, 6> rest = components_of(material_->kirchhoff_stress({1, 0, 0, 0, 1, 0, 0, 0, 1}));
     tau.insert(tau.end(), rest.begin(), rest.end());
@@ -58,7 +59,7 @@ PointBody<Dim>::PointBody(const BodySpec& spec, const SeedingGrid& grid) : name_
   F.assign(n * Dim * Dim, 0);
   volume0 = seeds.volume;
   mass.resize(n);
-  history.assign(n * static_cast<std::size_t>(material_->history_size()), 0);
+  history.assign(n * static_cast<std::size_t>(material_->history_size(Dim)), 0);
   id.resize(n);
   std::iota(id.begin(), id.end(), Index{0});
   for (std::size_t p = 0; p < n; ++p) {
@@ -98,11 +99,17 @@ Material::Matrix PointBody<Dim>::row_deformation_gradient(std::size_t p) const {
 }
 
 template <int Dim>
+PointHistory PointBody<Dim>::row_history(std::size_t p) const {
+  const int count = material_->flows() ? material_->history_size(Dim) : 0;
+  return {count, [&](int h) { return history[p * static_cast<std::size_t>(count) + static_cast<std::size_t>(h)]; }};
+}
+
+template <int Dim>
 std::array<Real, 6> PointBody<Dim>::row_cauchy_stress(std::size_t p) const {
   const Material::Matrix matrix = row_deformation_gradient(p);
   std::array<Real, 6> sigma;
   if (tau.empty())
-    sigma = components_of(material_->kirchhoff_stress(matrix));
+    sigma = components_of(material_->kirchhoff_stress(matrix, row_history(p)));
   else
     std::copy_n(tau.begin() + static_cast<std::ptrdiff_t>(6 * p), 6, sigma.begin());
   const Real J = determinant_of(matrix);
@@ -118,8 +125,8 @@ BodyTotals PointBody<Dim>::totals(const Vec3& gravity) const {
     const std::size_t first = static_cast<std::size_t>(k) * k_piece;
     for (std::size_t p = first; p < std::min(n, first + k_piece); ++p) {
       add(parts[static_cast<std::size_t>(k)],
-          totals_of({row_position(p), widened(velocity[p]), volume0[p], row_deformation_gradient(p), row_cauchy_stress(p)}, *material_,
-                    gravity));
+          totals_of({row_position(p), widened(velocity[p]), volume0[p], row_deformation_gradient(p), row_cauchy_stress(p), row_history(p)},
+                    *material_, gravity));
     }
   });
   BodyTotals sum;
@@ -134,7 +141,7 @@ BodyTotals PointBody<Dim>::totals(const Vec3& gravity) const {
 template <int Dim>
 void PointBody<Dim>::take_fields(const std::vector<std::string>& names, std::size_t body, int vector_size,
                                  std::vector<Field>& fields) const {
-  const WantedFields wanted = prepare_fields(name_, particle_field_names(), names, vector_size, count(), fields);
+  const WantedFields wanted = prepare_fields(name_, *material_, Dim, particle_field_names(*material_), names, vector_size, count(), fields);
   gather_fields(Rows{*this}, wanted, material_->density(), body, fields, [&](bool, auto&& f) {
     for (std::size_t p = 0; p < static_cast<std::size_t>(count()); ++p) f(p, p);
   });
@@ -159,8 +166,12 @@ void PointBody<Dim>::set_field(const std::string& name, const std::vector<Real>&
       }
     }
   }
+  if (name != "deformation_gradient") return;
   // At rest: the rate of the last step belongs to another state.
-  if (name == "deformation_gradient") reset_stress();
+  reset_stress();
+  const auto count_of = static_cast<std::size_t>(material_->history_size(Dim));
+  for (std::size_t p = 0; p < static_cast<std::size_t>(count()); ++p)
+    material_->deform_history(row_deformation_gradient(p), {history.data() + p * count_of, count_of});
 }
 
 template <int Dim>
@@ -169,8 +180,9 @@ void PointBody<Dim>::remove(const std::vector<Index>& rows, const Vec3& gravity,
   for (const Index row : rows) {
     const auto p = static_cast<std::size_t>(row);
     is_removed[p] = true;
-    const BodyTotals one = totals_of({row_position(p), widened(velocity[p]), volume0[p], row_deformation_gradient(p), row_cauchy_stress(p)},
-                                     *material_, gravity);
+    const BodyTotals one =
+        totals_of({row_position(p), widened(velocity[p]), volume0[p], row_deformation_gradient(p), row_cauchy_stress(p), row_history(p)},
+                  *material_, gravity);
     ++ledger.removed_count;
     ledger.removed_mass += one.mass;
     total_mass_ -= one.mass;
@@ -223,7 +235,7 @@ void PointBody<Dim>::declare_state(State& state) {
   check("deformation_gradient", F.size(), Dim * Dim);
   check("reference_volume", volume0.size(), 1);
   check("mass", mass.size(), 1);
-  check("history", history.size(), static_cast<std::size_t>(material_->history_size()));
+  check("history", history.size(), static_cast<std::size_t>(material_->history_size(Dim)));
   check("kirchhoff_stress", tau.size(), material_->is_rate_dependent() ? 6 : 0);
 }
 

@@ -1,6 +1,7 @@
 // A body of particles in plain arrays, for the implicit solver: its cost is in the equations, so the storage stays as simple as it can be.
 #pragma once
 
+#include "body/particle_fields.hpp"
 #include "case/body_spec.hpp"
 #include "geometry/layout.hpp"
 #include "material/material.hpp"
@@ -50,6 +51,7 @@ class PointBody {
   Vec3 row_position(std::size_t p) const { return widened(position[p]); }
   Material::Matrix row_deformation_gradient(std::size_t p) const;
   std::array<Real, 6> row_cauchy_stress(std::size_t p) const;
+  PointHistory row_history(std::size_t p) const;
   struct Rows;
 
   void reset_stress();

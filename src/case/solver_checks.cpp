@@ -238,7 +238,7 @@ void check_for_implicit(const Case& problem, const Input& input) {
                 "(docs/add_a_material.md), or use solver.type = \"explicit\"");
     }
     if (problem.implicit.mode != ImplicitMode::quasi_static) continue;
-    if (body.material->is_rate_dependent() && body.material->history_size() == 0) {
+    if (body.material->is_rate_dependent() && body.material->history_size(problem.dim) == 0) {
       fail_case(place, where, fmt::format("the law \"{}\" depends on rates, which mode = \"static\" does not have", body.material->type()));
     }
     if (body.velocity) fail_case(place, where, "a body in mode = \"static\" has no velocity");

@@ -2,14 +2,20 @@
 // for double the names below are found, for other scalars (dual numbers, ...) those of the scalar's own namespace.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/types.hpp"
 
 namespace matpoint {
 
+using std::abs;
 using std::exp;
+using std::expm1;
 using std::log;
+using std::log1p;
+using std::max;
+using std::min;
 using std::sqrt;
 
 /// a where the condition holds, else b. Laws write this instead of a branch: with packs the condition differs from lane to lane.

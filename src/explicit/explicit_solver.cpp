@@ -301,7 +301,10 @@ void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
   book_particle_forces(particle_forces, dt);
   {
     Stage stage(profile_, "check");
-    for (auto& body : bodies_) ledger_.viscous_dissipation += body->viscous_dissipation();
+    for (auto& body : bodies_) {
+      ledger_.viscous_dissipation += body->viscous_dissipation();
+      ledger_.plastic_dissipation += body->plastic_dissipation();
+    }
     check_state(t + dt);
   }
   if (correction_ && correction_->is_due(dt)) {

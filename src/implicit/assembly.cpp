@@ -41,7 +41,7 @@ struct Assembly<Dim>::Kernels {
     Real F[k_chunk * k_matrix];
     Real S[k_chunk * k_matrix];
     Real D[k_chunk * k_tangent];
-    const auto history_size = static_cast<std::size_t>(body.material().history_size());
+    const auto history_size = static_cast<std::size_t>(body.material().history_size(Dim));
     std::vector<Real> history(static_cast<std::size_t>(k_chunk) * history_size);
     for (Index first = space.cell_begin(cell); first < space.cell_end(cell); first += k_chunk) {
       const Index count = std::min(k_chunk, space.cell_end(cell) - first);
@@ -125,7 +125,7 @@ Real modulus_at_rest(TangentFunction<Dim> evaluate, const Material& material) {
   for (int d = 0; d < Dim; ++d) A[d * Dim + d] = 1;
   Real S[n];
   Real D[n * n];
-  const std::vector<Real> history(static_cast<std::size_t>(std::max(1, material.history_size())), 0);
+  const std::vector<Real> history(static_cast<std::size_t>(std::max(1, material.history_size(Dim))), 0);
   TangentPoints point;
   point.count = 1;
   point.A = A;

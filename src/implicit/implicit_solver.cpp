@@ -349,7 +349,7 @@ std::optional<std::string> ImplicitSolver<Dim>::solve(const StepLoad<Dim>& load,
   const bool is_symmetric =
       load.friction.empty() && space_.receding_count() == 0 && !(sides_.is_near() && sides_.has_friction()) &&
       !(contact_.is_near() && (spec_.mode == ImplicitMode::dynamic || spec_.friction > 0)) &&
-      std::none_of(sources_.begin(), sources_.end(), [](const auto& source) { return source.points->material().is_rate_dependent(); });
+      std::all_of(sources_.begin(), sources_.end(), [](const auto& source) { return source.points->material().is_symmetric(); });
   const auto failure = newton_.solve(load, std::move(prescribed), is_symmetric ? Symmetry::symmetric : Symmetry::general, u);
   iterations_ += newton_.report().iterations;
   return failure;

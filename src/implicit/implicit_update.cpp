@@ -83,7 +83,7 @@ void ImplicitSolver<Dim>::commit_law(Real dt, const std::vector<Real>& A) {
   space_.for_each_point([&](std::size_t source, std::size_t p, std::size_t k) {
     PointBody<Dim>& body = *sources_[source].points;
     if (body.history.empty() && body.tau.empty()) return;
-    const auto history_size = static_cast<std::size_t>(body.material().history_size());
+    const auto history_size = static_cast<std::size_t>(body.material().history_size(Dim));
     std::vector<Real> new_history(history_size);
     Real dissipation = 0;
     TangentPoints point;
@@ -95,10 +95,10 @@ void ImplicitSolver<Dim>::commit_law(Real dt, const std::vector<Real>& A) {
     point.S = S;
     point.new_history = new_history.data();
     point.tau = body.tau.empty() ? nullptr : body.tau.data() + 6 * p;
-    point.dissipation_rate = &dissipation;
+    point.dissipated = &dissipation;
     assembly_.law(source)(body.material().law_data(), point);
     std::copy(new_history.begin(), new_history.end(), body.history.begin() + static_cast<std::ptrdiff_t>(p * history_size));
-    ledger_.viscous_dissipation += dt * dissipation * body.volume0[p];
+    (body.material().flows() ? ledger_.plastic_dissipation : ledger_.viscous_dissipation) += dissipation * body.volume0[p];
   });
 }
 
@@ -384,8 +384,8 @@ void ImplicitSolver<Dim>::declare_state(State& state) {
 }
 
 template <int Dim>
-std::vector<std::string> ImplicitSolver<Dim>::field_names(std::size_t) const {
-  return particle_field_names();
+std::vector<std::string> ImplicitSolver<Dim>::field_names(std::size_t body) const {
+  return particle_field_names(sources_[body].points->material());
 }
 
 template <int Dim>

@@ -106,7 +106,7 @@ void Assembly<Dim>::work_patch(const VolumePatch<Dim>& patch, const std::vector<
   }
   const std::size_t count = points.size();
   std::vector<Real> A(count * n), A_law(count * n), F(count * n), j(count), mean(count, 0), scale(count), S(count * n), c(modes, 0);
-  const auto history_size = static_cast<std::size_t>(body.material().history_size());
+  const auto history_size = static_cast<std::size_t>(body.material().history_size(Dim));
   std::vector<Real> history(count * history_size), tangent(K != nullptr ? count * n * n : 0);
   for (std::size_t k = 0; k < count; ++k) {
     const At& at = points[k];

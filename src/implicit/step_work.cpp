@@ -39,7 +39,7 @@ typename Assembly<Dim>::StressWork Assembly<Dim>::stress_work(const std::vector<
     const auto c = static_cast<std::size_t>(cell);
     const std::size_t source = space_.source_of(c);
     const PointBody<Dim>& body = *space_.sources()[source].points;
-    const auto history_size = static_cast<std::size_t>(body.material().history_size());
+    const auto history_size = static_cast<std::size_t>(body.material().history_size(Dim));
     /// S = tau A^-T of one particle.
     const auto stress = [&](std::size_t p, const Real* A, Real* S) {
       TangentPoints point;

@@ -61,6 +61,7 @@ std::vector<Column<SystemTotals>> balance_columns(int dim) {
   Columns<SystemTotals> columns(dim);
   columns.scalar("damping_dissipation", "J", [](const SystemTotals& t) { return t.ledger.damping_dissipation; });
   columns.scalar("viscous_dissipation", "J", [](const SystemTotals& t) { return t.ledger.viscous_dissipation; });
+  columns.scalar("plastic_dissipation", "J", [](const SystemTotals& t) { return t.ledger.plastic_dissipation; });
   columns.scalar("contact_dissipation", "J", [](const SystemTotals& t) { return t.ledger.contact_dissipation; });
   columns.scalar("contact_energy", "J", [](const SystemTotals& t) { return t.ledger.contact_energy; });
   columns.scalar("boundary_work", "J", [](const SystemTotals& t) { return t.ledger.boundary_work; });

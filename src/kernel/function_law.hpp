@@ -15,7 +15,7 @@ void update_function_law(const void* law, LawChunk<Dim, R>& chunk) {
   constexpr int points_max = k_chunk_slots * L;
   const auto& material = *static_cast<const FunctionMaterial*>(law);
   const SlotLayout<Dim>& at = *chunk.layout;
-  const auto history_size = static_cast<std::size_t>(material.history_size());
+  const auto history_size = static_cast<std::size_t>(material.history_size(Dim));
   std::array<Real, 9 * points_max> F{}, velocity_gradient{}, tau{};
   std::vector<Real> history(history_size * points_max);
   std::array<R*, points_max> fields{};

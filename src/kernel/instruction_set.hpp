@@ -1,7 +1,6 @@
 // Compiled once per instruction set: MPM_SIMD_NAME names the function that hands out the kernels, MPM_SIMD_BYTES the width of a pack.
 #pragma once
 
-#include "kernel/law_kernel.hpp"
 #include "kernel/node_kernel.hpp"
 #include "kernel/sweep.hpp"
 
@@ -30,7 +29,6 @@ constexpr KernelTable<Dim, R> make_table() {
   set_sweeps<SweepVariant::bspline3>(table);
   set_sweeps<SweepVariant::gimp>(table);
   set_sweeps<SweepVariant::cpdi>(table);
-  table.laws = law_kernels_of<Dim, R>(static_cast<AllLaws*>(nullptr));
   table.advance = &advance_nodes<Dim, R>;
   table.map_velocity = &map_node_velocity<Dim, R>;
   table.clear = &clear_nodes<Dim, R>;

@@ -155,8 +155,8 @@ struct SweepContext {
   R reach[Dim] = {};            ///< Half of a particle's domain at rest, in cell sides, for GIMP and CPDI.
   bool has_fbar = false;        ///< Particles of a cell change their volume at one rate.
   bool is_affine_full = false;  ///< The affine part is the velocity gradient (TPIC), not APIC's least-squares slope.
-  bool has_spin = false;  ///< All particles of the body have one affine part: that of a rigid turn.
-  R spin[Dim][Dim] = {};  ///< [1/s]
+  bool has_spin = false;        ///< All particles of the body have one affine part: that of a rigid turn.
+  R spin[Dim][Dim] = {};        ///< [1/s]
   const void* law = nullptr;
   LawKernel<Dim, R> law_kernel = nullptr;
   // Sums and extremes; the caller starts them.
@@ -192,7 +192,6 @@ template <int Dim, class R>
 struct KernelTable {
   using SweepKernel = void (*)(SweepContext<Dim, R>&, SweepChunk<Dim, R>&);
   SweepKernel sweeps[k_variant_count][k_sweep_count];
-  const LawKernel<Dim, R>* laws;  ///< In the order of AllLaws.
   /// v = p/m, a = 0 on nodes above the cutoff, into velocity; or into `second`.
   void (*advance)(NodeValues<Dim, R>&, const NodalDynamics<Dim>&, Real dt, const R* booked, NodalSums<Dim>&);
   void (*map_velocity)(NodeValues<Dim, R>&, const NodalDynamics<Dim>&);
@@ -209,5 +208,9 @@ const std::string& instruction_set();
 
 template <int Dim, class R>
 const KernelTable<Dim, R>& kernel_table();
+
+/// The kernel of a law by its place in AllLaws, for the instruction set in use.
+template <int Dim, class R>
+LawKernel<Dim, R> law_kernel(int law_index);
 
 }  // namespace matpoint

@@ -3,28 +3,29 @@
 
 #include "kernel/kernel.hpp"
 #include "kernel/simd.hpp"
-#include "material/laws.hpp"
+#include "material/law.hpp"
 
 namespace matpoint {
 namespace {
 
-/// The law's stress and dissipation rate, and its history in and out: on all lanes of a pack at once, or, for a law that branches, one
-/// lane after the other.
+/// The law's stress, what it dissipates (a rate [W/m^3]; of a law that flows, of the step [J/m^3]), and its history in and out: on all
+/// lanes of a pack at once, or, for a law that branches, one lane after the other.
 template <class Law, class R, bool is_plane, class History>
 MPM_INLINE Mat3<Pack<R>, is_plane> evaluate(const Law& law, const Kinematics<Mat3<Pack<R>, is_plane>>& k, const History& old_history,
-                                            History& new_history, Pack<R>& rate) {
+                                            History& new_history, Pack<R>& dissipated) {
   if constexpr (!k_is_scalar_only<Law>) {
-    if constexpr (requires { law.dissipation_rate(k); }) rate = law.dissipation_rate(k);
-    return kirchhoff_stress_of(law, k, old_history, new_history);
+    if constexpr (requires { law.dissipation_rate(k); }) dissipated = law.dissipation_rate(k);
+    return kirchhoff_stress_of(law, k, old_history, new_history, dissipated);
   } else {
     using M = Mat3<Real, is_plane>;
-    using ScalarHistory = typename LawHistory<Law, Real>::Type;
-    constexpr int history_count = k_history_size<Law>;
+    using ScalarHistory = typename LawHistory<Law, Real, is_plane>::Type;
+    constexpr int history_count = k_history_size<Law, is_plane>;
     Mat3<Pack<R>, is_plane> tau = Mat3<Pack<R>, is_plane>::zero();
     alignas(sizeof(Pack<R>)) R history[history_count + 1][Pack<R>::k_width] = {};
     for (int i = 0; i < Pack<R>::k_width; ++i) {
-      Kinematics<M> one{M::identity(), M::zero(), k.dt};
+      Kinematics<M> one{M::identity(), M::zero(), k.dt, M::zero()};
       for (int e = 0; e < M::k_size; ++e) {
+        if constexpr (k_flows<Law>) one.g.entries[e] = static_cast<Real>(k.g.entries[e].v[i]);
         one.F.entries[e] = static_cast<Real>(k.F.entries[e].v[i]);
         one.L.entries[e] = static_cast<Real>(k.L.entries[e].v[i]);
       }
@@ -32,10 +33,12 @@ MPM_INLINE Mat3<Pack<R>, is_plane> evaluate(const Law& law, const Kinematics<Mat
       for (int h = 0; h < history_count; ++h) {
         reinterpret_cast<Real*>(&before)[h] = static_cast<Real>(reinterpret_cast<const Pack<R>*>(&old_history)[h].v[i]);
       }
-      const M stress = kirchhoff_stress_of(law, one, before, after);
+      Real lost = 0;
+      const M stress = kirchhoff_stress_of(law, one, before, after, lost);
+      dissipated.v[i] = static_cast<R>(lost);
       for (int e = 0; e < M::k_size; ++e) tau.entries[e].v[i] = static_cast<R>(stress.entries[e]);
       for (int h = 0; h < history_count; ++h) history[h][i] = static_cast<R>(reinterpret_cast<Real*>(&after)[h]);
-      if constexpr (requires { law.dissipation_rate(one); }) rate.v[i] = static_cast<R>(law.dissipation_rate(one));
+      if constexpr (requires { law.dissipation_rate(one); }) dissipated.v[i] = static_cast<R>(law.dissipation_rate(one));
     }
     if constexpr (history_count > 0) __builtin_memcpy(&new_history, history, sizeof new_history);
     return tau;
@@ -73,7 +76,7 @@ template <class Law, int Dim, class R>
 __attribute__((flatten)) void update_law(const void* law_pointer, LawChunk<Dim, R>& chunk) {
   using P = Pack<R>;
   using M = Mat3<P, Dim == 2>;
-  using History = typename LawHistory<Law, P>::Type;
+  using History = typename LawHistory<Law, P, Dim == 2>::Type;
   constexpr int L = k_lanes<R>;
   const Law law = *static_cast<const Law*>(law_pointer);
   const SlotLayout<Dim> at = *chunk.layout;
@@ -85,19 +88,20 @@ __attribute__((flatten)) void update_law(const void* law_pointer, LawChunk<Dim, 
     const P counts = P::load(chunk.counts + lane);
     P J_min = P::load(chunk.J_min + lane);
     P J_max = P::load(chunk.J_max + lane);
-    P power_sum = zero;
+    P dissipated_sum = zero;
     Mask<R> are_good = zero <= zero;
     const int slot_count = chunk.slots_in_use[lane / P::k_width];
     P slots_below = zero;
     for (int k = 0; k < slot_count; ++k, slots_below += P(1)) {
       R* const slot = chunk.slots[k] + lane;
       const Mask<R> live = counts > slots_below;
-      Kinematics<M> kinematics{M::identity(), M::zero(), chunk.dt};
+      Kinematics<M> kinematics{M::identity(), M::zero(), chunk.dt, M::zero()};
       // Empty lanes hold the identity or what a particle has left there, and their L is zero.
       for (int r = 0; r < Dim; ++r) {
         for (int c = 0; c < Dim; ++c) {
           kinematics.F(r, c) = P::load(slot + (at.F + r * Dim + c) * L);
           if (L_grad != nullptr) kinematics.L(r, c) = P::load(L_grad + (k * Dim * Dim + r * Dim + c) * L + lane);
+          if (k_flows<Law>) kinematics.g(r, c) = dt * kinematics.L(r, c);
         }
       }
       if (k_is_fluid<Law> && at.u < 0) {
@@ -139,9 +143,14 @@ __attribute__((flatten)) void update_law(const void* law_pointer, LawChunk<Dim, 
       if constexpr (history_count > 0) {
         for (int h = 0; h < history_count; ++h) reinterpret_cast<P*>(&old_history)[h] = P::load(slot + (at.history + h) * L);
       }
-      P rate = zero;
-      const M tau = evaluate(law, kinematics, old_history, new_history, rate);
-      if constexpr (history_count > 0) {
+      P lost = zero;
+      M tau;
+      if (k_flows<Law> && L_grad == nullptr) {
+        if constexpr (k_flows<Law>) tau = law.template stress_of<M>(old_history);
+      } else {
+        tau = evaluate(law, kinematics, old_history, new_history, lost);
+      }
+      if (history_count > 0 && !(k_flows<Law> && L_grad == nullptr)) {
         for (int h = 0; h < history_count; ++h) reinterpret_cast<P*>(&new_history)[h].store(slot + (at.history + h) * L);
       }
       R* const out = chunk.tau + k * k_stress_size<Dim> * L + lane;
@@ -154,27 +163,18 @@ __attribute__((flatten)) void update_law(const void* law_pointer, LawChunk<Dim, 
       if (at.tau >= 0) {
         for (int s = 0; s < k_stress_size<Dim>; ++s) P::load(out + s * L).store(slot + (at.tau + s) * L);
       }
-      if constexpr (k_has_dissipation<Law>) {
+      if constexpr (k_has_dissipation<Law> || k_flows<Law>) {
         const P volume = at.volume >= 0 ? P::load(slot + at.volume * L) : P(static_cast<double>(chunk.uniform_volume));
-        power_sum += select(live, rate * volume, zero);
+        dissipated_sum += select(live, lost * volume, zero);
       }
     }
     J_min.store(chunk.J_min + lane);
     J_max.store(chunk.J_max + lane);
     if (!all_of(zero <= zero, are_good)) [[unlikely]]
       find_bad_slot(chunk, lane);
-    for (int i = 0; i < P::k_width; ++i) dissipated += static_cast<Real>(power_sum.v[i]);
+    for (int i = 0; i < P::k_width; ++i) dissipated += static_cast<Real>(dissipated_sum.v[i]);
   }
-  chunk.dissipated = dissipated * chunk.dt;
-}
-
-template <int Dim, class R, class... Laws>
-struct LawKernels {
-  static constexpr LawKernel<Dim, R> all[] = {&update_law<Laws, Dim, R>...};
-};
-template <int Dim, class R, class... Laws>
-constexpr const LawKernel<Dim, R>* law_kernels_of(std::tuple<Laws...>*) {
-  return LawKernels<Dim, R, Laws...>::all;
+  chunk.dissipated = k_flows<Law> ? dissipated : dissipated * chunk.dt;
 }
 
 }  // namespace

@@ -93,7 +93,8 @@ MPM_INLINE Pack<R> abs(Pack<R> a) {
 }
 template <class R>
 MPM_INLINE Pack<R> sqrt(Pack<R> a) {
-  for (int i = 0; i < Pack<R>::k_width; ++i) a.v[i] = sizeof(R) == 8 ? __builtin_sqrt(a.v[i]) : __builtin_sqrtf(a.v[i]);
+  for (int i = 0; i < Pack<R>::k_width; ++i)
+    a.v[i] = static_cast<R>(sizeof(R) == 8 ? __builtin_sqrt(a.v[i]) : __builtin_sqrtf(static_cast<float>(a.v[i])));
   return a;
 }
 
@@ -160,17 +161,10 @@ MPM_INLINE Pack<float> to_real(Mask<float>::Bits i) {
   return (Pack<float>::Native)(bits)-0x1.8p23f;
 }
 
-/// ln x for normal x > 0, within 2 units in the last place: x = 2^k m with m in [sqrt(1/2), sqrt(2)), ln m = 2 artanh((m - 1)/(m + 1)).
-MPM_INLINE Pack<double> log(Pack<double> x) {
+/// ln(1 + f) for f in [sqrt(1/2) - 1, sqrt(2) - 1], by 2 artanh(f/(2 + f)).
+MPM_INLINE Pack<double> log1p_near_0(Pack<double> f) {
   using P = Pack<double>;
-  const auto bits = (Mask<double>::Bits)(x.v);
-  // Shifted without sign and with a bias: an arithmetic shift of 64-bit integers is slow below AVX-512.
-  const auto biased = bits - 0x3fe6a09e667f3bcdull + 0x4000000000000000ull;
-  const auto k = (biased >> 52) - 1024;
-  const auto m_bits = bits - (k << 52);
-  const P m = (P::Native)(m_bits);
-  const P f = m - P(1);
-  const P s = f / (m + P(1));
+  const P s = f / (P(2) + f);
   const P z = s * s;
   const P z2 = z * z;
   const P z4 = z2 * z2;
@@ -178,49 +172,111 @@ MPM_INLINE Pack<double> log(Pack<double> x) {
   const P middle = P(2.0 / 9) + z * P(2.0 / 11) + z2 * (P(2.0 / 13) + z * P(2.0 / 15));
   const P high = P(2.0 / 17) + z * P(2.0 / 19);
   const P tail = z * (low + z2 * z * (middle + z4 * high));
-  // ln m = s (2 + tail) = f - s (f - tail): f is exact and large, so rounding of the rest hardly counts.
-  const P log_m = f - s * (f - tail);
-  const P kr = to_real(k);
-  return kr * P(0x1.62e42fefa38p-1) + (log_m + kr * P(0x1.ef35793c7673p-45));
+  // s (2 + tail) = f - s (f - tail): f is exact and large, so rounding of the rest hardly counts.
+  return f - s * (f - tail);
 }
-MPM_INLINE Pack<float> log(Pack<float> x) {
+MPM_INLINE Pack<float> log1p_near_0(Pack<float> f) {
+  using P = Pack<float>;
+  const P s = f / (P(2) + f);
+  const P z = s * s;
+  const P tail = z * (P(2.0 / 3) + z * (P(2.0 / 5) + z * (P(2.0 / 7) + z * P(2.0 / 9))));
+  return f - s * (f - tail);
+}
+
+/// x = 2^k (1 + f) with 1 + f in [sqrt(1/2), sqrt(2)), for normal x > 0.
+template <class R>
+struct Scaled {
+  Pack<R> k;
+  Pack<R> f;
+};
+MPM_INLINE Scaled<double> split(Pack<double> x) {
+  using P = Pack<double>;
+  const auto bits = (Mask<double>::Bits)(x.v);
+  // Shifted without sign and with a bias: an arithmetic shift of 64-bit integers is slow below AVX-512.
+  const auto biased = bits - 0x3fe6a09e667f3bcdull + 0x4000000000000000ull;
+  const auto k = (biased >> 52) - 1024;
+  const auto m_bits = bits - (k << 52);
+  const P m = (P::Native)(m_bits);
+  return {to_real(k), m - P(1)};
+}
+MPM_INLINE Scaled<float> split(Pack<float> x) {
   using P = Pack<float>;
   const auto bits = (Mask<float>::Bits)(x.v);
   const auto k = (Mask<float>::Bits)((Mask<float>::Native)(bits - 0x3f3504f3u) >> 23);
   const auto m_bits = bits - (k << 23);
   const P m = (P::Native)(m_bits);
-  const P f = m - P(1);
-  const P s = f / (m + P(1));
-  const P z = s * s;
-  const P tail = z * (P(2.0 / 3) + z * (P(2.0 / 5) + z * (P(2.0 / 7) + z * P(2.0 / 9))));
-  const P log_m = f - s * (f - tail);
-  return to_real(k) * P(0.693147180559945) + log_m;
+  return {to_real(k), m - P(1)};
+}
+MPM_INLINE Pack<double> add_logarithm_of_2(Pack<double> k, Pack<double> log_m) {
+  return k * Pack<double>(0x1.62e42fefa38p-1) + (log_m + k * Pack<double>(0x1.ef35793c7673p-45));
+}
+MPM_INLINE Pack<float> add_logarithm_of_2(Pack<float> k, Pack<float> log_m) { return k * Pack<float>(0.693147180559945) + log_m; }
+
+/// ln x for normal x > 0, within 2 units in the last place.
+template <class R>
+MPM_INLINE Pack<R> log(Pack<R> x) {
+  const Scaled<R> scaled = split(x);
+  return add_logarithm_of_2(scaled.k, log1p_near_0(scaled.f));
+}
+/// ln(1 + h) for h > -1, with the digits of h where it is small.
+template <class R>
+MPM_INLINE Pack<R> log1p(Pack<R> h) {
+  using P = Pack<R>;
+  const Scaled<R> scaled = split(P(1) + h);
+  const Mask<R> is_near_0 = (scaled.k <= P(0)) & (scaled.k >= P(0));
+  return add_logarithm_of_2(scaled.k, log1p_near_0(select(is_near_0, h, scaled.f)));
 }
 
-/// e^x, within a few units in the last place for |x| < 700 (80 in single precision).
-MPM_INLINE Pack<double> exp(Pack<double> x) {
+/// e^x = 2^k (1 + r s): k in the low bits of `shifted`, |r| <= ln(2)/2, s the series of (e^r - 1)/r.
+template <class R>
+struct Exponent {
+  Pack<R> shifted;
+  Pack<R> r;
+  Pack<R> s;
+};
+MPM_INLINE Exponent<double> exponent_of(Pack<double> x) {
   using P = Pack<double>;
   const P magic = P(0x1.8p52);
   const P shifted = x * P(1.4426950408889634) + magic;
   const P k = shifted - magic;
   const P r = (x - k * P(0x1.62e42fefa38p-1)) - k * P(0x1.ef35793c7673p-45);
   P sum = P(1.0 / 6227020800);
-  const double factorials[] = {479001600, 39916800, 3628800, 362880, 40320, 5040, 720, 120, 24, 6, 2, 1, 1};
+  const double factorials[] = {479001600, 39916800, 3628800, 362880, 40320, 5040, 720, 120, 24, 6, 2, 1};
   for (const double factorial : factorials) sum = sum * r + P(1 / factorial);
-  const auto bits = (Mask<double>::Bits)(sum.v) + ((Mask<double>::Bits)(shifted.v) << 52);
-  return (P::Native)(bits);
+  return {shifted, r, sum};
 }
-MPM_INLINE Pack<float> exp(Pack<float> x) {
+MPM_INLINE Exponent<float> exponent_of(Pack<float> x) {
   using P = Pack<float>;
   const P magic = P(0x1.8p23);
   const P shifted = x * P(1.4426950408889634) + magic;
   const P k = shifted - magic;
   const P r = (x - k * P(0.693359375)) - k * P(-2.12194440e-4);
   P sum = P(1.0 / 5040);
-  const double factorials[] = {720, 120, 24, 6, 2, 1, 1};
+  const double factorials[] = {720, 120, 24, 6, 2, 1};
   for (const double factorial : factorials) sum = sum * r + P(1 / factorial);
-  const auto bits = (Mask<float>::Bits)(sum.v) + ((Mask<float>::Bits)(shifted.v) << 23);
-  return (P::Native)(bits);
+  return {shifted, r, sum};
+}
+/// x 2^k, with k in the low bits of `shifted`.
+template <class R>
+MPM_INLINE Pack<R> times_power_of_2(Pack<R> x, Pack<R> shifted) {
+  using Bits = typename Mask<R>::Bits;
+  const auto bits = (Bits)(x.v) + ((Bits)(shifted.v) << (sizeof(R) == 8 ? 52 : 23));
+  return (typename Pack<R>::Native)(bits);
+}
+
+/// e^x, within a few units in the last place for |x| < 700 (80 in single precision).
+template <class R>
+MPM_INLINE Pack<R> exp(Pack<R> x) {
+  const Exponent<R> e = exponent_of(x);
+  return times_power_of_2(e.s * e.r + Pack<R>(1), e.shifted);
+}
+/// e^x - 1, with the digits of x where it is small.
+template <class R>
+MPM_INLINE Pack<R> expm1(Pack<R> x) {
+  using P = Pack<R>;
+  const Exponent<R> e = exponent_of(x);
+  const P power = times_power_of_2(P(1), e.shifted);
+  return power * (e.s * e.r) + (power - P(1));
 }
 
 }  // namespace

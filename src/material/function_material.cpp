@@ -26,7 +26,7 @@ FunctionMaterial::FunctionMaterial(std::string name, Function function, Real den
   require(history_size >= 0 && history_size <= 1000, "history_size", history_size, "an integer from 0 to 1000");
 }
 
-Material::Matrix FunctionMaterial::kirchhoff_stress(const Matrix& F) const {
+Material::Matrix FunctionMaterial::kirchhoff_stress(const Matrix& F, std::span<const Real> /*history*/) const {
   const Matrix L{};
   Matrix tau{};
   std::vector<Real> history(static_cast<std::size_t>(history_size_), 0);

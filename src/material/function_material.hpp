@@ -29,16 +29,17 @@ class FunctionMaterial final : public Material {
 
   std::string type() const override { return "function"; }
   Real density() const override { return density_; }
-  int history_size() const override { return history_size_; }
+  int history_size(int /*dim*/) const override { return history_size_; }
   /// Its stress is stored, so that outputs need not call the function point by point.
   bool is_rate_dependent() const override { return true; }
+  bool is_symmetric() const override { return false; }
   bool is_scalar_only() const override { return false; }
   bool is_fluid() const override { return false; }
   int law_index() const override { return -1; }
   const void* law_data() const override { return this; }
-  Matrix kirchhoff_stress(const Matrix& F) const override;
+  Matrix kirchhoff_stress(const Matrix& F, std::span<const Real> history = {}) const override;
   /// Unknown: 0. The column transfer_loss of the history then holds the strain energy.
-  Real energy_density(const Matrix&) const override { return 0; }
+  Real energy_density(const Matrix&, std::span<const Real> /*history*/ = {}) const override { return 0; }
   Real wave_speed(Real) const override { return wave_speed_; }
   Real kinematic_viscosity(Real) const override { return kinematic_viscosity_; }
   void rethrow() const override;

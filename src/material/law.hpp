@@ -18,6 +18,8 @@
 //   template <class M> T dissipation_rate(const Kinematics<M>& k) const;              // [W/m^3 of reference volume], optional
 //   Real kinematic_viscosity(Real J) const;                                           // [m^2/s], optional
 //
+// A law that flows (metals, soils, grains) derives from FlowLaw and says how (flow_law.hpp).
+//
 // A law that is written with `select` instead of `if` runs on a whole SIMD pack of points at once. One that must branch says
 // `static constexpr bool is_scalar_only = true;`, runs point by point, and a run mentions it.
 //
@@ -39,6 +41,7 @@ struct Kinematics {
   M F;      ///< Deformation gradient at the end of the step [1].
   M L;      ///< Velocity gradient [1/s].
   Real dt;  ///< [s]
+  M g{};    ///< Displacement gradient of the step [1]: F = (I + g) F_n. Laws that flow need it; the others are not given it.
 
   /// Rate of deformation sym(L) [1/s].
   M d() const { return symmetric_part(L); }
@@ -47,38 +50,60 @@ struct Kinematics {
 template <class T>
 struct NoHistory {};
 
-/// The law's history, or the empty one.
-template <class Law, class T>
+/// Whether the law flows (flow_law.hpp): then its stress and energy follow from its history, and a step from the step's deformation.
+template <class Law>
+constexpr bool k_flows = requires {
+  typename Law::template Internal<Real>;
+};
+
+/// The law's history, or the empty one; in plane strain it may be shorter.
+template <class Law, class T, bool is_plane = false>
 struct LawHistory {
   using Type = NoHistory<T>;
 };
-template <class Law, class T>
+template <class Law, class T, bool is_plane>
 requires requires { typename Law::template History<T>; }
-struct LawHistory<Law, T> {
+struct LawHistory<Law, T, is_plane> {
   using Type = typename Law::template History<T>;
+};
+template <class Law, class T, bool is_plane>
+requires k_flows<Law>
+struct LawHistory<Law, T, is_plane> {
+  using Type = typename Law::template History<T, is_plane>;
 };
 
 /// Scalars per point in the law's history.
-template <class Law>
-constexpr int k_history_size = std::is_empty_v<typename LawHistory<Law, Real>::Type>
+template <class Law, bool is_plane = false>
+constexpr int k_history_size = std::is_empty_v<typename LawHistory<Law, Real, is_plane>::Type>
                                    ? 0
-                                   : static_cast<int>(sizeof(typename LawHistory<Law, Real>::Type) / sizeof(Real));
+                                   : static_cast<int>(sizeof(typename LawHistory<Law, Real, is_plane>::Type) / sizeof(Real));
 
-/// The law's stress whichever of the two forms it is written in.
+/// The law's stress after a step whichever of the forms it is written in. `dissipated`: out, of a law that flows [J/m^3].
 template <class Law, class M, class History>
-inline M kirchhoff_stress_of(const Law& law, const Kinematics<M>& k, const History& old_history, History& new_history) {
-  if constexpr (requires { law.kirchhoff_stress(k.F); }) {
+inline M kirchhoff_stress_of(const Law& law, const Kinematics<M>& k, const History& old_history, History& new_history,
+                             typename M::Scalar& dissipated) {
+  if constexpr (k_flows<Law>) {
+    return law.update(k, old_history, new_history, dissipated);
+  } else if constexpr (requires { law.kirchhoff_stress(k.F); }) {
     return law.kirchhoff_stress(k.F);
   } else {
     return law.kirchhoff_stress(k, old_history, new_history);
   }
 }
 
-/// Whether the stress depends on more than F: then a body stores it, as it cannot be computed from the state alone.
+/// Whether the stress depends on more than the state, F and the history: then a body stores it.
 template <class Law>
-constexpr bool k_is_rate_dependent = !requires(const Law& law, const Mat3<Real>& F) {
+constexpr bool k_is_rate_dependent = !k_flows<Law> && !requires(const Law& law, const Mat3<Real>& F) {
   law.kirchhoff_stress(F);
 };
+
+/// Whether the derivative of the step's stress is symmetric, as where an energy is minimised. A law that flows says so:
+/// `static constexpr bool is_symmetric = true;`.
+template <class Law>
+constexpr bool k_is_symmetric = requires(const Law& law, const Mat3<Real>& F) {
+  law.kirchhoff_stress(F);
+}
+|| requires { requires Law::is_symmetric; };
 
 template <class Law>
 constexpr bool k_has_dissipation = requires(const Law& law, const Kinematics<Mat3<Real>>& k) {
@@ -114,5 +139,12 @@ struct ElasticParameters {
                    "Poisson's ratio nu; an incompressible solid (0.5) has no finite wave speed.");
   }
 };
+
+/// Reads a law's parameters, and checks what goes beyond single ones: its `check(input, context)`, which may be absent. Throws InputError.
+template <class Law>
+void read_law(const Input& input, const ReadContext& context, Law& law, const std::vector<std::string>& also_allowed = {}) {
+  parameters_of<Law>().read(input, context, law, also_allowed);
+  if constexpr (requires { law.check(input, context); }) law.check(input, context);
+}
 
 }  // namespace matpoint

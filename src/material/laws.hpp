@@ -4,12 +4,18 @@
 
 #include <tuple>
 
+#include "material/drucker_prager.hpp"
+#include "material/hencky.hpp"
+#include "material/herschel_bulkley.hpp"
+#include "material/j2.hpp"
+#include "material/mohr_coulomb.hpp"
+#include "material/mu_i.hpp"
 #include "material/neo_hookean.hpp"
 #include "material/newtonian_fluid.hpp"
 #include "material/st_venant_kirchhoff.hpp"
 
 namespace matpoint {
 
-using AllLaws = std::tuple<StVenantKirchhoff, NeoHookean, NewtonianFluid>;
+using AllLaws = std::tuple<StVenantKirchhoff, NeoHookean, NewtonianFluid, Hencky, J2, DruckerPrager, MohrCoulomb, MuI, HerschelBulkley>;
 
 }  // namespace matpoint

@@ -3,11 +3,19 @@
 #pragma once
 
 #include <memory>
+#include <span>
+#include <vector>
 
 #include "core/parameters.hpp"
 #include "core/types.hpp"
 
 namespace matpoint {
+
+/// Name and unit of a number that a law remembers, as it appears in the output.
+struct InternalVariable {
+  const char* name;
+  const char* unit;
+};
 
 class Material {
  public:
@@ -17,10 +25,16 @@ class Material {
   virtual ~Material() = default;
 
   virtual std::string type() const = 0;
-  virtual Real density() const = 0;      ///< Reference density [kg/m^3].
-  virtual int history_size() const = 0;  ///< Numbers per point that the law remembers.
-  /// Whether the stress depends on more than F.
+  virtual Real density() const = 0;             ///< Reference density [kg/m^3].
+  virtual int history_size(int dim) const = 0;  ///< Numbers per point that the law remembers.
+  /// Whether the stress depends on more than F and the history.
   virtual bool is_rate_dependent() const = 0;
+  /// Whether the law flows (flow_law.hpp): what it dissipates is plastic.
+  virtual bool flows() const { return false; }
+  /// Whether the derivative of a step's stress is symmetric.
+  virtual bool is_symmetric() const = 0;
+  /// What it remembers and outputs know by a name: the last numbers of the history.
+  virtual std::vector<InternalVariable> internal_variables() const { return {}; }
 
   /// Whether the law branches, so that its kernel works one point after the other.
   virtual bool is_scalar_only() const = 0;
@@ -31,10 +45,13 @@ class Material {
   virtual int law_index() const = 0;
   virtual const void* law_data() const = 0;
 
-  /// Kirchhoff stress [Pa] at the deformation gradient F, at rest and without history.
-  virtual Matrix kirchhoff_stress(const Matrix& F) const = 0;
-  /// Energy stored per reference volume [J/m^3] at the deformation gradient F; 0 for a law without one.
-  virtual Real energy_density(const Matrix& F) const = 0;
+  /// Kirchhoff stress [Pa] at the deformation gradient F, at rest; of a law that flows, from its history where that is given, else where it
+  /// never flowed.
+  virtual Matrix kirchhoff_stress(const Matrix& F, std::span<const Real> history = {}) const = 0;
+  /// Energy stored per reference volume [J/m^3], of the same; 0 for a law without one.
+  virtual Real energy_density(const Matrix& F, std::span<const Real> history = {}) const = 0;
+  /// The history of a point that was brought to F without flow; what else it remembers stays. For other laws nothing.
+  virtual void deform_history(const Matrix& /*F*/, std::span<Real> /*history*/) const {}
 
   /// Speed of pressure waves [m/s] at volume ratio J [1], for the stable time step.
   virtual Real wave_speed(Real J) const = 0;

@@ -7,7 +7,7 @@ template <class Law>
 void add_law(TypeRegistry<Material>& registry) {
   registry.add({Law::name, Law::summary, parameters_of<Law>().describe(), [](const Input& input, const ReadContext& context) {
                   auto material = std::make_shared<LawMaterial<Law>>();
-                  parameters_of<Law>().read(input, context, material->law, {"type"});
+                  read_law(input, context, material->law, {"type"});
                   return material;
                 }});
 }

@@ -1,4 +1,6 @@
-#include "material/tangent_of_law.hpp"
+#include "material/tangent.hpp"
+
+#include "material/laws.hpp"
 
 namespace matpoint {
 namespace {

@@ -11,15 +11,15 @@ namespace matpoint {
 /// Matrices are dim x dim, row by row, one after the other; in plane strain A_zz = 1.
 struct TangentPoints {
   Index count = 0;
-  Real dt = 0;                       ///< [s]
-  const Real* A = nullptr;           ///< Deformation in this step [1].
-  const Real* F = nullptr;           ///< Deformation gradient at the start of the step [1].
-  const Real* history = nullptr;     ///< At the start of the step, history_size numbers a point.
-  Real* S = nullptr;                 ///< Out: tau A^-T [Pa].
-  Real* tangent = nullptr;           ///< Out, or null: dS_ij / dA_kl [Pa], dim^2 x dim^2 a point, row (i, j), column (k, l).
-  Real* new_history = nullptr;       ///< Out, or null: at the end of the step.
-  Real* tau = nullptr;               ///< Out, or null: Kirchhoff stress [Pa], 6 a point: xx yy zz xy yz xz.
-  Real* dissipation_rate = nullptr;  ///< Out, or null: [W/m^3] of reference volume.
+  Real dt = 0;                    ///< [s]
+  const Real* A = nullptr;        ///< Deformation in this step [1].
+  const Real* F = nullptr;        ///< Deformation gradient at the start of the step [1].
+  const Real* history = nullptr;  ///< At the start of the step, history_size numbers a point.
+  Real* S = nullptr;              ///< Out: tau A^-T [Pa].
+  Real* tangent = nullptr;        ///< Out, or null: dS_ij / dA_kl [Pa], dim^2 x dim^2 a point, row (i, j), column (k, l).
+  Real* new_history = nullptr;    ///< Out, or null: at the end of the step.
+  Real* tau = nullptr;            ///< Out, or null: Kirchhoff stress [Pa], 6 a point: xx yy zz xy yz xz.
+  Real* dissipated = nullptr;     ///< Out, or null: in the step [J/m^3] of reference volume.
 };
 
 template <int Dim>

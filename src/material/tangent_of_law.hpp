@@ -4,14 +4,14 @@
 #include <Eigen/Core>
 #include <unsupported/Eigen/AutoDiff>
 
-#include "material/laws.hpp"
+#include "material/law.hpp"
 #include "material/tangent.hpp"
 
 namespace matpoint {
 
 /// A number with its derivatives with respect to the entries of A.
 template <int Dim>
-using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<Real, Dim * Dim, 1>>;
+using TangentDual = Eigen::AutoDiffScalar<Eigen::Matrix<Real, Dim * Dim, 1>>;
 
 template <class T>
 inline const Real& value_of(const T& x) {
@@ -25,11 +25,12 @@ inline const Real& value_of(const T& x) {
 template <class T, int Dim, class Law>
 struct TangentPoint {
   using M = Mat3<T, Dim == 2>;
-  using History = typename LawHistory<Law, T>::Type;
+  using History = typename LawHistory<Law, T, Dim == 2>::Type;
   M tau;
   M S;
   History updated{};
   Kinematics<M> kinematics;
+  T dissipated = T(0.0);
 
   TangentPoint(const Law& law, const M& A, const Real* F_start, const Real* history, Real dt) {
     kinematics.dt = dt;
@@ -41,6 +42,7 @@ struct TangentPoint {
         kinematics.F(r, c) = sum;
       }
     }
+    if constexpr (k_flows<Law>) kinematics.g = A - M::identity();
     const T one_over_J = T(1.0 / determinant(A));
     const M cofactors = cofactor(A);
     if constexpr (k_is_rate_dependent<Law>) {
@@ -51,10 +53,9 @@ struct TangentPoint {
       kinematics.L = M::zero();
     }
     History old{};
-    if constexpr (k_history_size < Law >> 0) {
-      for (int h = 0; h < k_history_size<Law>; ++h) reinterpret_cast<T*>(&old)[h] = T(history[h]);
-    }
-    tau = kirchhoff_stress_of(law, kinematics, old, updated);
+    constexpr int history_size = k_history_size<Law, Dim == 2>;
+    for (int h = 0; h < history_size; ++h) reinterpret_cast<T*>(&old)[h] = T(history[h]);
+    tau = kirchhoff_stress_of(law, kinematics, old, updated, dissipated);
     S = scaled(one_over_J, tau * cofactors);
   }
 };
@@ -76,15 +77,16 @@ Mat3<T, Dim == 2> step_deformation(const Real* A) {
 template <int Dim, class Law>
 void evaluate_tangent(const void* data, const TangentPoints& points) {
   constexpr int n = Dim * Dim;
-  constexpr int history_size = k_history_size<Law>;
+  constexpr int history_size = k_history_size<Law, Dim == 2>;
   const Law& law = *static_cast<const Law*>(data);
   for (Index p = 0; p < points.count; ++p) {
     const Real* const F = points.F + p * n;
     const Real* const history = points.history + p * history_size;
     if (points.tangent != nullptr) {
-      const TangentPoint<Dual<Dim>, Dim, Law> point(law, step_deformation<Dim, Dual<Dim>>(points.A + p * n), F, history, points.dt);
+      using T = TangentDual<Dim>;
+      const TangentPoint<T, Dim, Law> point(law, step_deformation<Dim, T>(points.A + p * n), F, history, points.dt);
       for (int i = 0; i < n; ++i) {
-        const Dual<Dim>& S = point.S(i / Dim, i % Dim);
+        const T& S = point.S(i / Dim, i % Dim);
         points.S[p * n + i] = S.value();
         for (int k = 0; k < n; ++k) points.tangent[(p * n + i) * n + k] = S.derivatives()[k];
       }
@@ -103,11 +105,11 @@ void evaluate_tangent(const void* data, const TangentPoints& points) {
       out[4] = Dim == 3 ? point.tau(1, 2 % Dim) : 0;
       out[5] = Dim == 3 ? point.tau(0, 2 % Dim) : 0;
     }
-    if (points.dissipation_rate != nullptr) {
+    if (points.dissipated != nullptr) {
       if constexpr (k_has_dissipation<Law>)
-        points.dissipation_rate[p] = law.dissipation_rate(point.kinematics);
+        points.dissipated[p] = points.dt * law.dissipation_rate(point.kinematics);
       else
-        points.dissipation_rate[p] = 0;
+        points.dissipated[p] = point.dissipated;
     }
   }
 }

@@ -10,6 +10,7 @@ namespace matpoint {
 struct Ledger {
   Real damping_dissipation = 0;  ///< [J]
   Real viscous_dissipation = 0;  ///< [J]
+  Real plastic_dissipation = 0;  ///< Of laws that flow [J].
   Real contact_dissipation = 0;  ///< Taken by the impulses of contact between bodies, and by friction [J].
   Real contact_energy = 0;       ///< Stored now in the forces between pairs of particles [J].
   Real boundary_work = 0;        ///< Work done by moving boundaries on the particles [J].
@@ -34,6 +35,7 @@ struct Ledger {
   void declare_state(State& state) {
     state.add("damping_dissipation", damping_dissipation);
     state.add("viscous_dissipation", viscous_dissipation);
+    state.add("plastic_dissipation", plastic_dissipation);
     state.add("contact_dissipation", contact_dissipation);
     state.add("contact_energy", contact_energy);
     state.add("boundary_work", boundary_work);
@@ -58,7 +60,7 @@ struct Ledger {
 
   /// What the bodies have lost of their energy by all of this, or keep between them [J].
   Real energy_spent() const {
-    return damping_dissipation + viscous_dissipation + contact_dissipation + contact_energy - boundary_work - body_force_work +
+    return damping_dissipation + viscous_dissipation + plastic_dissipation + contact_dissipation + contact_energy - boundary_work - body_force_work +
            filter_dissipation - shift_work + removed_energy + soft_dissipation - receding_work + integrator_loss + reset_loss;
   }
 };

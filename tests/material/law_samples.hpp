@@ -17,14 +17,23 @@ namespace matpoint::test {
 
 constexpr Real k_epsilon = std::numeric_limits<Real>::epsilon();
 
+template <class Law>
+using IfItFlows = std::conditional_t<k_flows<Law>, std::tuple<Law>, std::tuple<>>;
+template <class Law>
+using IfItDoesNot = std::conditional_t<k_flows<Law>, std::tuple<>, std::tuple<Law>>;
 template <class Tuple>
 struct TypesOf;
 template <class... Laws>
 struct TypesOf<std::tuple<Laws...>> {
+  using Type = testing::Types<Laws...>;
   // The last one is the example of docs/add_a_material.md.
-  using Type = testing::Types<Laws..., MooneyRivlin>;
+  using Elastic = TypesOf<decltype(std::tuple_cat(IfItDoesNot<Laws>()..., std::tuple<MooneyRivlin>()))>;
+  using Flowing = TypesOf<decltype(std::tuple_cat(IfItFlows<Laws>()...))>;
 };
-using TestedLaws = TypesOf<AllLaws>::Type;
+/// Those whose stress follows from F and L.
+using TestedLaws = TypesOf<AllLaws>::Elastic::Type;
+/// Those that flow (test_flow_laws.cpp).
+using FlowingLaws = TypesOf<AllLaws>::Flowing::Type;
 
 using Full = Mat3<Real>;
 using Plane = Mat3<Real, true>;
@@ -52,8 +61,10 @@ inline std::vector<Real> candidates(const ParameterDescription& parameter, int s
   if (parameter.unit == "kg/m^3") return {1200 * spread};
   if (parameter.unit == "Pa") return {2e4 * spread};
   if (parameter.unit == "Pa s") return {30 * spread};
-  if (set == 0) return {0.3, 1.4, 3, 7};
-  return {-0.25, 0.2, 2, 7};
+  if (parameter.unit == "deg") return {30 - static_cast<Real>(position)};
+  const Real rising = 1 + 0.1 * static_cast<Real>(position);
+  if (set == 0) return {0.3 * rising, 1.4, 3, 7};
+  return {-0.25, 0.2 * rising, 2, 7};
 }
 
 /// A table of parameters that `read` accepts, made from their declarations: all given (sets 0 and 1), or the required ones only (set 2).
@@ -61,7 +72,7 @@ inline Input sample_table(const std::vector<ParameterDescription>& parameters, i
                           Input table = Input::table()) {
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     const ParameterDescription& parameter = parameters[k];
-    if (set == 2 && !parameter.is_required) continue;
+    if ((set == 2 && !parameter.is_required) || parameter.type == "string") continue;
     bool is_allowed = false;
     for (const Real value : candidates(parameter, set, k)) {
       table.set(parameter.name, Input::real(value));
@@ -74,6 +85,10 @@ inline Input sample_table(const std::vector<ParameterDescription>& parameters, i
       }
       if (is_allowed) break;
     }
+    if (!is_allowed && !parameter.is_required) {
+      table.entries().pop_back();  // it may be one that excludes another
+      continue;
+    }
     if (!is_allowed) ADD_FAILURE() << "give candidates() a value for " << parameter.name << " [" << parameter.unit << "]";
   }
   return table;
@@ -85,7 +100,8 @@ Law sample_law(int set) {
   const ParameterTable<Law>& declared = parameters_of<Law>();
   Law law;
   const auto read = [&](const Input& input) { declared.read(input, {3, ""}, law); };
-  read(sample_table(declared.describe(), set, read));
+  const Input table = sample_table(declared.describe(), set, read);
+  read_law(table, {3, ""}, law);
   return law;
 }
 constexpr int k_sample_count = 3;
@@ -120,7 +136,9 @@ template <class Law, class M>
 M stress(const Law& law, const M& F, const M& L) {
   typename LawHistory<Law, typename M::Scalar>::Type old_history{};
   typename LawHistory<Law, typename M::Scalar>::Type new_history{};
-  return kirchhoff_stress_of(law, Kinematics<M>{F, L, 1e-3}, old_history, new_history);
+  // Of a law that flows: deformed from rest in one step.
+  typename M::Scalar dissipated(0.0);
+  return kirchhoff_stress_of(law, Kinematics<M>{F, L, 1e-3, F - M::identity()}, old_history, new_history, dissipated);
 }
 template <class Law>
 Eigen::Matrix3d stress(const Law& law, const Eigen::Matrix3d& F, const Eigen::Matrix3d& L = Eigen::Matrix3d::Zero()) {

@@ -10,7 +10,7 @@ namespace {
 
 /// A file of the source tree.
 std::string read_source(const std::string& path) {
-  const std::filesystem::path tests = std::filesystem::path(MATPOINT_TEST_DATA).parent_path();
+  const std::filesystem::path tests = std::filesystem::path(MATPOINT_TEST_DATA).parent_path().parent_path();
   std::ifstream file(tests.parent_path() / path);
   EXPECT_TRUE(file.good()) << path;
   std::ostringstream text;

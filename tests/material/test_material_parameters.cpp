@@ -62,6 +62,7 @@ TEST(MaterialParameters, outside_of_their_range_are_refused_with_place_value_and
 TEST(MaterialParameters, not_finite_or_no_number_is_refused_for_each_parameter_of_each_law) {
   for (const auto& entry : material_registry().entries()) {
     for (const ParameterDescription& parameter : entry.parameters) {
+      if (parameter.type == "string") continue;
       Input table = Input::table();
       table.set("type", Input::string(entry.name));
       table = sample_table(

@@ -269,7 +269,7 @@ TEST(MaterialUpdate, history_of_a_law_goes_from_step_to_step_with_its_point) {
   for (const int dim : {2, 3}) {
     LawMaterial<Ratchet> material;
     material.law.stiffness = 3;
-    EXPECT_EQ(static_cast<const Material&>(material).history_size(), 2);
+    EXPECT_EQ(static_cast<const Material&>(material).history_size(3), 2);
     Points points(dim, 5, 2, 0);
     std::vector<Real> largest(5, 0);
     const Real dt = 0.1;

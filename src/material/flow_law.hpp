@@ -1,0 +1,157 @@
+// What all laws share that flow: metals, soils, grains, yield-stress fluids. They keep the elastic left Cauchy-Green tensor b, as
+// h = b - I, and some numbers of their own. A step takes it along, h* = f b f^T - I with the step's deformation f, and the law brings the
+// three principal logarithmic strains e* back to where it allows them to be. That is exact for any elastic strain and any rotation, no
+// spin has to be chosen, and no energy comes from closed paths.
+// Sources: Weber & Anand (1990); Simo (1992); Cuitino & Ortiz (1992).
+//
+// Elasticity is Hencky's: tau_i = K theta + 2 G dev e_i, W = K theta^2/2 + G |dev e|^2, theta the sum of the e_i.
+//
+//   struct J2 : FlowLaw<J2> {
+//     ...                                                                   // name, summary, parameters as of any law
+//     template <class T> struct Internal { T plastic_strain; };            // what it remembers beside h: members of type T, 0 at rest
+//     static constexpr std::array<InternalVariable, 1> internal_variables = {{{"plastic_strain", "1"}}};
+//     template <class T> void flow(Principal<T>& p, const Internal<T>& old, Internal<T>& updated, Real dt) const;
+//   };
+//
+// `flow` finds p.e = e* and leaves the elastic e, without a branch on values of type T. With dt = 0 nothing that takes time happens.
+#pragma once
+
+#include <array>
+
+#include "material/law.hpp"
+#include "material/material.hpp"
+#include "material/spectral.hpp"
+
+namespace matpoint {
+
+/// The state of a point in its principal directions.
+template <class T>
+struct Principal {
+  T e[3];             ///< In: as the step would leave them without flow; out: elastic logarithmic strains [1].
+  T dissipated{0.0};  ///< Out: in this step [J/m^3].
+
+  T theta() const { return T(e[0] + e[1] + e[2]); }
+  /// e - theta/3.
+  std::array<T, 3> deviator() const {
+    const T mean = T(theta() * (1.0 / 3));
+    return {T(e[0] - mean), T(e[1] - mean), T(e[2] - mean)};
+  }
+  /// |dev e|, never 0, where its derivative would be infinite.
+  T shear() const {
+    const std::array<T, 3> s = deviator();
+    return T(sqrt(T(s[0] * s[0] + s[1] * s[1] + s[2] * s[2] + T(1e-30))));
+  }
+  /// Closes a gap that has opened, as far as the point is pressed: no stress builds up before. Returns what is left of the gap.
+  ///
+  /// A material that parts keeps its stress while F goes on; coming back, it would carry a load at once, at J > 1. So what has opened is
+  /// kept: Klar et al. (2016) and Tampubolon et al. (2017) keep the same number for sand.
+  T close(const T& gap) {
+    const T closed = max(T(0.0), min(gap, T(-theta())));
+    for (T& one : e) one = one + closed * (1.0 / 3);
+    return T(gap - closed);
+  }
+  void set(const T& volume, const std::array<T, 3>& dev) {
+    for (std::size_t i = 0; i < 3; ++i) e[i] = dev[i] + T(volume * (1.0 / 3));
+  }
+};
+
+template <class Law>
+struct FlowLaw : ElasticParameters {
+  template <class T, bool is_plane>
+  struct History {
+    T h[is_plane ? 4 : 6];  ///< b - I: xx yy zz xy (yz xz).
+    typename Law::template Internal<T> internal;
+  };
+
+  Real bulk_modulus() const { return lambda() + mu() * (2.0 / 3); }  ///< K [Pa]
+
+  /// Kirchhoff stress after a step.
+  template <class M, class H, class T = typename M::Scalar>
+  M update(const Kinematics<M>& k, const H& old_history, H& updated, T& dissipated) const {
+    // f b f^T - I with f = I + g.
+    const M h = unpacked<M>(old_history);
+    const M moved = k.g + k.g * h;
+    const M trial = h + moved + transpose(moved) + moved * transpose(k.g);
+    const auto stresses = [this](const auto& p) { return stress(p.e); };
+    if constexpr (k_has_derivatives<T>) {
+      using Inner = typename Law::template Internal<Dual<3>>;
+      constexpr int count = sizeof(typename Law::template Internal<Real>) / sizeof(Real);
+      Inner before{}, after{};
+      for (int i = 0; i < count; ++i)
+        reinterpret_cast<Dual<3>*>(&before)[i] = Dual<3>(reinterpret_cast<const T*>(&old_history.internal)[i].value());
+      return isotropic(trial, [&](const Dual<3>* e) {
+        Principal<Dual<3>> p{{e[0], e[1], e[2]}};
+        law().flow(p, before, after, k.dt);
+        return stresses(p);
+      });
+    } else {
+      const Spectrum<T, M::k_size == 5> spectrum(trial);
+      Principal<T> p{{spectrum.half_log[0], spectrum.half_log[1], spectrum.half_log[2]}};
+      law().flow(p, old_history.internal, updated.internal, k.dt);
+      T values[3];
+      for (int i = 0; i < 3; ++i) values[i] = expm1(T(2.0 * p.e[i]));
+      pack(spectrum.compose(values), updated);
+      dissipated = p.dissipated;
+      return spectrum.compose(stresses(p).data());
+    }
+  }
+
+  /// Kirchhoff stress of a state.
+  template <class M, class H>
+  M stress_of(const H& history) const {
+    return elastic_stress(unpacked<M>(history));
+  }
+  /// The same where h is given.
+  template <class M>
+  M elastic_stress(const M& h) const {
+    return isotropic(h, [this](const auto* e) { return stress(e); });
+  }
+  /// Stored energy of a state [J/m^3].
+  template <class M, class H>
+  typename M::Scalar energy_of(const H& history) const {
+    return elastic_energy(unpacked<M>(history));
+  }
+  template <class M>
+  typename M::Scalar elastic_energy(const M& h) const {
+    using T = typename M::Scalar;
+    const Spectrum<T, M::k_size == 5> spectrum(h);
+    const Principal<T> p{{spectrum.half_log[0], spectrum.half_log[1], spectrum.half_log[2]}};
+    const T theta = p.theta();
+    const std::array<T, 3> s = p.deviator();
+    return T(0.5 * bulk_modulus() * theta * theta + mu() * (s[0] * s[0] + s[1] * s[1] + s[2] * s[2]));
+  }
+  /// Elastic waves in a stretched material: exact along a uniaxial one, and never below those of what flows.
+  Real wave_speed(Real J) const { return std::sqrt((lambda() + 2 * mu()) * (1 - std::min(std::log(J), Real{0})) / density); }
+
+  /// h as a matrix, and back.
+  template <class M, class H>
+  static M unpacked(const H& history) {
+    M h;
+    for (int d = 0; d < 3; ++d) h(d, d) = history.h[d];
+    h(0, 1) = h(1, 0) = history.h[3];
+    if constexpr (M::k_size == 9) {
+      h(1, 2) = h(2, 1) = history.h[4];
+      h(0, 2) = h(2, 0) = history.h[5];
+    }
+    return h;
+  }
+  template <class M, class H>
+  static void pack(const M& h, H& history) {
+    for (int d = 0; d < 3; ++d) history.h[d] = h(d, d);
+    history.h[3] = h(0, 1);
+    if constexpr (M::k_size == 9) {
+      history.h[4] = h(1, 2);
+      history.h[5] = h(0, 2);
+    }
+  }
+
+ private:
+  const Law& law() const { return static_cast<const Law&>(*this); }
+  template <class T>
+  std::array<T, 3> stress(const T* e) const {
+    const T pressure = T(lambda() * (e[0] + e[1] + e[2]));
+    return {T(pressure + 2 * mu() * e[0]), T(pressure + 2 * mu() * e[1]), T(pressure + 2 * mu() * e[2])};
+  }
+};
+
+}  // namespace matpoint
