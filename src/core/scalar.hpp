@@ -24,6 +24,10 @@ inline T select(bool condition, const T& a, const T& b) {
   return condition ? a : b;
 }
 
+/// What a number of the type loses to rounding, relative to itself.
+template <class T>
+constexpr Real k_unit_roundoff = 1.1e-16;
+
 /// x^exponent for x > 0. Small whole exponents, the usual case in equations of state, are products: about ten times faster than the
 /// general power, and within two roundings per factor.
 template <class T>

@@ -11,7 +11,7 @@
 #include <immintrin.h>
 #endif
 
-#include "core/types.hpp"
+#include "core/scalar.hpp"
 
 #ifndef MPM_SIMD_BYTES
 #define MPM_SIMD_BYTES 16
@@ -280,4 +280,8 @@ MPM_INLINE Pack<R> expm1(Pack<R> x) {
 }
 
 }  // namespace
+
+template <>
+inline constexpr Real k_unit_roundoff<Pack<float>> = 6e-8;
+
 }  // namespace matpoint

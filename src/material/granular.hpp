@@ -35,6 +35,8 @@ struct GranularLaw : FlowLaw<Law> {
     }
   }
 
+  static constexpr bool flows_freely = true;
+
   /// Beside e: the plastic shear strain, and the gap in volume of a point that has parted.
   template <class T>
   struct Internal {

@@ -29,6 +29,8 @@ struct HerschelBulkley : FlowLaw<HerschelBulkley> {
                    "Greatest tension, as a mean stress, at which it parts; default: it never does.");
   }
 
+  static constexpr bool flows_freely = true;
+
   template <class T>
   struct Internal {
     T plastic_strain;

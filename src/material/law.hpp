@@ -140,6 +140,12 @@ struct ElasticParameters {
   }
 };
 
+/// Whether the law says that it flows without limit, `static constexpr bool flows_freely = true;`: the default scheme follows from that.
+template <class Law>
+constexpr bool k_flows_freely = requires {
+  requires Law::flows_freely;
+};
+
 /// Reads a law's parameters, and checks what goes beyond single ones: its `check(input, context)`, which may be absent. Throws InputError.
 template <class Law>
 void read_law(const Input& input, const ReadContext& context, Law& law, const std::vector<std::string>& also_allowed = {}) {

@@ -24,6 +24,7 @@ class LawMaterial final : public Material {
   int history_size(int dim) const override { return dim == 2 ? k_history_size<Law, true> : k_history_size<Law, false>; }
   bool is_rate_dependent() const override { return k_is_rate_dependent<Law>; }
   bool flows() const override { return k_flows<Law>; }
+  bool flows_freely() const override { return k_flows_freely<Law>; }
   bool is_symmetric() const override { return k_is_symmetric<Law>; }
   bool is_scalar_only() const override { return k_is_scalar_only<Law>; }
   bool is_fluid() const override { return k_is_fluid<Law>; }

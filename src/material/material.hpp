@@ -31,6 +31,8 @@ class Material {
   virtual bool is_rate_dependent() const = 0;
   /// Whether the law flows (flow_law.hpp): what it dissipates is plastic.
   virtual bool flows() const { return false; }
+  /// Whether what it describes flows without limit, as soils, grains and muds do.
+  virtual bool flows_freely() const { return false; }
   /// Whether the derivative of a step's stress is symmetric.
   virtual bool is_symmetric() const = 0;
   /// What it remembers and outputs know by a name: the last numbers of the history.

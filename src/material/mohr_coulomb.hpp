@@ -61,7 +61,7 @@ struct MohrCoulomb : GranularLaw<MohrCoulomb> {
     T r1 = select(is_compression, com1, select(is_extension, ext1, one1));
     T r2 = select(is_compression, com2, select(is_extension, ext2, one2));
     T r3 = select(is_compression, com3, select(is_extension, ext3, one3));
-    const T slack = T(1e-12 * G);
+    const T slack = T((64 * k_unit_roundoff<T>)*(abs(t1) + abs(t2) + abs(t3)));
     const T mean = T((r1 + r2 + r3) * (1.0 / 3));
     const auto is_apex = (mean > T(apex_)) | (r2 > r1 + slack) | (r3 > r2 + slack);
     r1 = select(is_apex, T(apex_), r1);

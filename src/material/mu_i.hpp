@@ -32,6 +32,8 @@ struct MuI : FlowLaw<MuI> {
                  fmt::format("grain_density = {} is below density = {}, which counts the voids, too", grain_density, density));
   }
 
+  static constexpr bool flows_freely = true;
+
   template <class T>
   struct Internal {
     T plastic_strain;

@@ -71,6 +71,7 @@ VerifySuite analytic_suite() {
   add_implicit_dynamics(suite);
   add_coupled_paper(suite);
   add_fem(suite);
+  add_materials(suite);
   return suite;
 }
 

@@ -35,6 +35,7 @@ void add_implicit_contact(VerifySuite& suite);
 void add_implicit_dynamics(VerifySuite& suite);
 void add_coupled_paper(VerifySuite& suite);
 void add_fem(VerifySuite& suite);
+void add_materials(VerifySuite& suite);
 
 /// Greatest and least of what a callback sees.
 struct Range {

@@ -202,6 +202,43 @@ TEST(Points, random_paths_stay_finite_and_never_make_energy) {
   }
 }
 
+TEST(Points, single_precision_keeps_four_digits) {
+  using P = Pack<float>;
+  int count = 0;
+  for (const PointRow& row : point_rows()) {
+    if (!row.kind.starts_with("steps:") || row.set == "hencky" || !is_given_path(row.test)) continue;
+    const int steps = row.test.starts_with("cyclic") ? 100 : std::stoi(row.kind.substr(6));
+    SCOPED_TRACE(row.set + " " + row.test + " " + row.kind + fmt::format(" t = {}", row.t));
+    with_law(row.set, [&](const auto& law) {
+      using Law = std::remove_cvref_t<decltype(law)>;
+      PointOnPath<Law> start(law);
+      if (start_pressure(row.set) > 0) start.press(start_pressure(row.set));
+      typename Law::template History<P, false> history{}, updated{};
+      for (int d = 0; d < 3; ++d) history.h[d] = P(start.history.h[d]);
+      Mat3<P> tau = Mat3<P>::zero();
+      const bool is_cyclic = row.test.starts_with("cyclic");
+      Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
+      const int last = static_cast<int>(std::lround(is_cyclic ? row.t : row.t * steps));
+      for (int n = 1; n <= last; ++n) {
+        const Eigen::Matrix3d next = path_of(row.test, is_cyclic ? n : static_cast<Real>(n) / steps);
+        const Eigen::Matrix3d g = (next - F) * F.inverse();
+        const Real dt = is_cyclic ? std::stod(row.kind.substr(6)) : steps;
+        Kinematics<Mat3<P>> k{Mat3<P>::identity(), Mat3<P>::zero(), 1 / dt, Mat3<P>::zero()};
+        for (int e = 0; e < 9; ++e) k.g.entries[e] = P(g(e / 3, e % 3));
+        P lost(0);
+        tau = law.update(k, history, updated, lost);
+        history = updated;
+        F = next;
+      }
+      const std::array<int, 6> places = {0, 4, 8, 1, 5, 2};
+      for (std::size_t i = 0; i < 6; ++i)
+        EXPECT_NEAR(tau.entries[places[i]].v[0], row.tau[i], 1e-4 * size_of(row) + 1e-7 * law.youngs_modulus);
+    });
+    ++count;
+  }
+  EXPECT_GT(count, 150);
+}
+
 TEST(Points, packs_give_the_numbers_of_scalars) {
   using P = Pack<double>;
   for (const std::string& set : all_sets()) {
