@@ -191,9 +191,16 @@ void Health::add_energy(const Snapshot& now, std::vector<HealthLine>& lines) con
                       : "energy was made: take solver.flip = 0.99, a smaller time.cfl, or more particles in a cell";
   } else if (loss > k_loss && !has_fluid) {
     line.is_good = false;
-    line.remedy = now.problem.solver.transfer == Transfer::flip
-                      ? "the motion is damped by what the grid cannot resolve: take smaller cells"
-                      : "the transfer damps the motion: take solver.transfer = \"flip\", or smaller cells";
+    const bool is_loose = std::any_of(now.problem.bodies.begin(), now.problem.bodies.end(),
+                                      [](const BodySpec& body) { return body.material->flows_freely(); });
+    if (is_loose && now.problem.solver.transfer != Transfer::flip)
+      line.remedy =
+          "the transfer damps the motion a little in each step: take smaller cells, or a lower youngs_modulus, which makes longer "
+          "steps (100 times the greatest stress is enough)";
+    else
+      line.remedy = now.problem.solver.transfer == Transfer::flip
+                        ? "the motion is damped by what the grid cannot resolve: take smaller cells"
+                        : "the transfer damps the motion: take solver.transfer = \"flip\", or smaller cells";
   }
   lines.push_back(line);
 }

@@ -1,6 +1,7 @@
 // Laws that flow against values of independent programs (data/points.csv: the laws by these algorithms, and by their differential
 // equations, in NumPy), and against what any plasticity must obey.
 #include "kernel/simd.hpp"
+#include "material/perfect_metal.hpp"
 #include "material/point_path.hpp"
 #include "material/tangent_of_law.hpp"
 
@@ -178,6 +179,19 @@ Eigen::Matrix3d random_step(Samples& samples, int n, const Eigen::Matrix3d& F) {
     const Eigen::Matrix3d next = (Eigen::Matrix3d::Identity() + g) * F;
     if (next.determinant() > 0.05 && next.determinant() < 20 && (Eigen::Matrix3d::Identity() + g).determinant() > 0.1) return next;
   }
+}
+
+TEST(Points, the_law_of_the_page_is_the_perfect_metal) {
+  const auto law = law_of<J2>(k_metal);
+  const auto page = law_of<PerfectMetal>(k_metal);
+  PointOnPath<J2> point(law);
+  PointOnPath<PerfectMetal> other(page);
+  for (int n = 1; n <= 40; ++n) {
+    point.step(path_of("shear_2", n / 40.0), 1);
+    other.step(path_of("shear_2", n / 40.0), 1);
+    EXPECT_LT((to_eigen(point.tau) - to_eigen(other.tau)).norm(), 1e-9 * law.yield_stress);
+  }
+  EXPECT_NEAR(point.dissipated, other.dissipated, 1e-9 * point.dissipated);
 }
 
 TEST(Points, random_paths_stay_finite_and_never_make_energy) {
