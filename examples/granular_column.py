@@ -5,9 +5,8 @@ Expected: the toe at 0.425 m, the surface 2.0 mm from the measured one in the me
 Runs in about 2 s. The same as a case file: `matpoint run granular_column`.
 """
 
-import numpy as np
-
 import matpoint as mp
+import numpy as np
 
 MEASURED = [0.0992, 0.0959, 0.0844, 0.0722, 0.0616, 0.0474, 0.0348, 0.0265, 0.0189, 0.0109, 0.0037, 0.0015]
 """Height of the surface [m] at 0, 0.04, 0.08, ... m."""

@@ -5,9 +5,8 @@ Expected: 21.6 mm long, half 13.1 mm wide, 98 % of the energy is plastic work.
 Runs in about 1 s. The same as a case file: `matpoint run taylor`.
 """
 
-import numpy as np
-
 import matpoint as mp
+import numpy as np
 
 
 def case() -> mp.Case:

@@ -10,7 +10,7 @@ namespace matpoint {
 struct HerschelBulkley : FlowLaw<HerschelBulkley> {
   static constexpr auto name = "herschel_bulkley";
   static constexpr auto summary =
-      "Yield-stress fluid of Herschel & Bulkley (1926), elastic below its yield stress; exponent 1 is Bingham's.";
+      "Yield-stress fluid, elastic below its yield stress (Herschel & Bulkley 1926); exponent 1 is Bingham's.";
 
   Real yield_stress = 0;               ///< tau_y [Pa]
   Real consistency = 0;                ///< k [Pa s^n]

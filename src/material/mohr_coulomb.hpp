@@ -10,7 +10,7 @@ namespace matpoint {
 struct MohrCoulomb : GranularLaw<MohrCoulomb> {
   static constexpr auto name = "mohr_coulomb";
   static constexpr auto summary =
-      "Mohr-Coulomb plasticity for soils and grains with exact edges (de Souza Neto et al. 2008, sec. 8.2); Tresca's without friction.";
+      "Mohr-Coulomb plasticity for soils and grains with exact edges (Souza Neto, Peric & Owen 2008, sec. 8.2); Tresca's without friction.";
 
   static void declare(ParameterTable<MohrCoulomb>& table) { declare_strength(table); }
   void check(const Input& input, const ReadContext& context) {
