@@ -24,6 +24,9 @@ inline T select(bool condition, const T& a, const T& b) {
   return condition ? a : b;
 }
 
+/// Whether a condition holds in any lane.
+inline bool any(bool condition) { return condition; }
+
 /// What a number of the type loses to rounding, relative to itself.
 template <class T>
 constexpr Real k_unit_roundoff = 1.1e-16;

@@ -93,9 +93,18 @@ MPM_INLINE Pack<R> abs(Pack<R> a) {
 }
 template <class R>
 MPM_INLINE Pack<R> sqrt(Pack<R> a) {
+#if MPM_SIMD_BYTES == 64 && defined(__AVX512F__)
+  // Masked: GCC 12 warns of the plain one, whose unused operand it does not initialise.
+  if constexpr (sizeof(R) == 8) return (typename Pack<R>::Native)_mm512_maskz_sqrt_pd(0xff, (__m512d)a.v);
+  if constexpr (sizeof(R) == 4) return (typename Pack<R>::Native)_mm512_maskz_sqrt_ps(0xffff, (__m512)a.v);
+#elif MPM_SIMD_BYTES == 32 && defined(__AVX2__)
+  if constexpr (sizeof(R) == 8) return (typename Pack<R>::Native)_mm256_sqrt_pd((__m256d)a.v);
+  if constexpr (sizeof(R) == 4) return (typename Pack<R>::Native)_mm256_sqrt_ps((__m256)a.v);
+#else
   for (int i = 0; i < Pack<R>::k_width; ++i)
     a.v[i] = static_cast<R>(sizeof(R) == 8 ? __builtin_sqrt(a.v[i]) : __builtin_sqrtf(static_cast<float>(a.v[i])));
   return a;
+#endif
 }
 
 /// Whether any lane is set.

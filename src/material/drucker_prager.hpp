@@ -46,8 +46,10 @@ struct DruckerPrager : GranularLaw<DruckerPrager> {
     if (tension_cutoff) apex_ = std::min(apex_, *tension_cutoff);
   }
 
-  template <class T>
-  void flow(Principal<T>& p, const Internal<T>& old, Internal<T>& updated, Real /*dt*/) const {
+  static constexpr bool scales_deviator = true;
+
+  template <class State, class T>
+  void flow(State& p, const Internal<T>& old, Internal<T>& updated, Real /*dt*/) const {
     const Real K = bulk_modulus(), G = mu();
     T gap = p.close(old.gap);
     const T theta = p.theta();
@@ -61,7 +63,7 @@ struct DruckerPrager : GranularLaw<DruckerPrager> {
     const T new_r = select(is_parting, T(min(r, T(std::max(xi_c_ - eta_ * apex_, Real{0})))), on_cone_r);
     const T new_theta = T(new_m * (1 / K));
     gap = gap + select(is_parting, T(theta - new_theta), T(0.0));
-    std::array<T, 3> dev = p.deviator();
+    auto dev = p.deviator();
     const T scale = T(new_r / r);
     for (T& one : dev) one = one * scale;
     p.set(new_theta, dev);

@@ -10,10 +10,12 @@
 //     ...                                                                   // name, summary, parameters as of any law
 //     template <class T> struct Internal { T plastic_strain; };            // what it remembers beside h: members of type T, 0 at rest
 //     static constexpr std::array<InternalVariable, 1> internal_variables = {{{"plastic_strain", "1"}}};
-//     template <class T> void flow(Principal<T>& p, const Internal<T>& old, Internal<T>& updated, Real dt) const;
+//     template <class State, class T> void flow(State& p, const Internal<T>& old, Internal<T>& updated, Real dt) const;
 //   };
 //
-// `flow` finds p.e = e* and leaves the elastic e, without a branch on values of type T. With dt = 0 nothing that takes time happens.
+// `flow` finds p.e = e* and leaves the elastic e, without a branch on values of type T. With dt = 0 nothing that takes time happens. A law
+// that only scales the deviator, by p.theta(), p.shear(), p.deviator() and p.set(), says `static constexpr bool scales_deviator = true;`:
+// then it is given a whole tensor where strains are small, and runs three times as fast in 3D.
 #pragma once
 
 #include <array>
@@ -55,6 +57,36 @@ struct Principal {
   }
 };
 
+/// The same in any directions, for laws that only scale the deviator: e as xx yy zz xy, and yz xz in 3D.
+template <class T, std::size_t size>
+struct TensorStrain {
+  std::array<T, size> e;
+  T dissipated{0.0};
+
+  T theta() const { return T(e[0] + e[1] + e[2]); }
+  std::array<T, size> deviator() const {
+    const T mean = T(theta() * (1.0 / 3));
+    std::array<T, size> s = e;
+    for (std::size_t i = 0; i < 3; ++i) s[i] = T(e[i] - mean);
+    return s;
+  }
+  T shear() const { return T(sqrt(T(norm_squared(deviator()) + T(1e-30)))); }
+  static T norm_squared(const std::array<T, size>& a) {
+    T across = T(a[3] * a[3]);
+    for (std::size_t i = 4; i < size; ++i) across = T(across + a[i] * a[i]);
+    return T(a[0] * a[0] + a[1] * a[1] + a[2] * a[2] + 2.0 * across);
+  }
+  T close(const T& gap) {
+    const T closed = max(T(0.0), min(gap, T(-theta())));
+    for (std::size_t i = 0; i < 3; ++i) e[i] = e[i] + closed * (1.0 / 3);
+    return T(gap - closed);
+  }
+  void set(const T& volume, const std::array<T, size>& dev) {
+    e = dev;
+    for (std::size_t i = 0; i < 3; ++i) e[i] = e[i] + T(volume * (1.0 / 3));
+  }
+};
+
 template <class Law>
 struct FlowLaw : ElasticParameters {
   template <class T, bool is_plane>
@@ -72,7 +104,6 @@ struct FlowLaw : ElasticParameters {
     const M h = unpacked<M>(old_history);
     const M moved = k.g + k.g * h;
     const M trial = h + moved + transpose(moved) + moved * transpose(k.g);
-    const auto stresses = [this](const auto& p) { return stress(p.e); };
     if constexpr (k_has_derivatives<T>) {
       using Inner = typename Law::template Internal<Dual<3>>;
       constexpr int count = sizeof(typename Law::template Internal<Real>) / sizeof(Real);
@@ -82,17 +113,35 @@ struct FlowLaw : ElasticParameters {
       return isotropic(trial, [&](const Dual<3>* e) {
         Principal<Dual<3>> p{{e[0], e[1], e[2]}};
         law().flow(p, before, after, k.dt);
-        return stresses(p);
+        return stress(p.e);
       });
+    } else if constexpr (requires { requires Law::scales_deviator; }) {
+      // Small elastic strains need no eigenvectors, which cost ten times as much. Each lane has the numbers of its own strain, whatever
+      // the others have.
+      constexpr std::size_t size = M::k_size == 9 ? 6 : 4;
+      std::array<T, size> h_trial = {trial(0, 0), trial(1, 1), trial(2, 2), trial(0, 1)};
+      if constexpr (size == 6) {
+        h_trial[4] = trial(1, 2);
+        h_trial[5] = trial(0, 2);
+      }
+      const T norm = TensorStrain<T, size>::norm_squared(h_trial);
+      const auto is_large = norm > T(k_series_norm * k_series_norm);
+      M tau = update_by_series<M>(h_trial, old_history, updated, k.dt, dissipated);
+      if (any(is_large)) {
+        H other = updated;
+        T other_dissipated(0.0);
+        const M other_tau = update_by_spectrum<M>(trial, old_history, other, k.dt, other_dissipated);
+        for (int e = 0; e < M::k_size; ++e) tau.entries[e] = select(is_large, other_tau.entries[e], tau.entries[e]);
+        constexpr int count = static_cast<int>(sizeof(H) / sizeof(T));
+        for (int i = 0; i < count; ++i) {
+          T& number = reinterpret_cast<T*>(&updated)[i];
+          number = select(is_large, reinterpret_cast<const T*>(&other)[i], number);
+        }
+        dissipated = select(is_large, other_dissipated, dissipated);
+      }
+      return tau;
     } else {
-      const Spectrum<T, M::k_size == 5> spectrum(trial);
-      Principal<T> p{{spectrum.half_log[0], spectrum.half_log[1], spectrum.half_log[2]}};
-      law().flow(p, old_history.internal, updated.internal, k.dt);
-      T values[3];
-      for (int i = 0; i < 3; ++i) values[i] = expm1(T(2.0 * p.e[i]));
-      pack(spectrum.compose(values), updated);
-      dissipated = p.dissipated;
-      return spectrum.compose(stresses(p).data());
+      return update_by_spectrum<M>(trial, old_history, updated, k.dt, dissipated);
     }
   }
 
@@ -146,6 +195,36 @@ struct FlowLaw : ElasticParameters {
   }
 
  private:
+  template <class M, class H, class T = typename M::Scalar>
+  M update_by_spectrum(const M& trial, const H& old_history, H& updated, Real dt, T& dissipated) const {
+    const Spectrum<T, M::k_size == 5> spectrum(trial);
+    Principal<T> p{{spectrum.half_log[0], spectrum.half_log[1], spectrum.half_log[2]}};
+    law().flow(p, old_history.internal, updated.internal, dt);
+    T values[3];
+    for (int i = 0; i < 3; ++i) values[i] = expm1(T(2.0 * p.e[i]));
+    pack(spectrum.compose(values), updated);
+    dissipated = p.dissipated;
+    return spectrum.compose(stress(p.e).data());
+  }
+  template <class M, class H, class T, std::size_t size>
+  M update_by_series(const std::array<T, size>& h_trial, const H& old_history, H& updated, Real dt, T& dissipated) const {
+    TensorStrain<T, size> p{half_log1p_of_small(h_trial)};
+    law().flow(p, old_history.internal, updated.internal, dt);
+    std::array<T, size> twice;
+    for (std::size_t i = 0; i < size; ++i) twice[i] = T(2.0 * p.e[i]);
+    const std::array<T, size> h = expm1_of_small(twice);
+    for (std::size_t i = 0; i < size; ++i) updated.h[i] = h[i];
+    dissipated = p.dissipated;
+    const T pressure = T(lambda() * p.theta());
+    M tau;
+    for (int d = 0; d < 3; ++d) tau(d, d) = T(pressure + mu() * twice[static_cast<std::size_t>(d)]);
+    tau(0, 1) = tau(1, 0) = T(mu() * twice[3]);
+    if constexpr (size == 6) {
+      tau(1, 2) = tau(2, 1) = T(mu() * twice[4]);
+      tau(0, 2) = tau(2, 0) = T(mu() * twice[5]);
+    }
+    return tau;
+  }
   const Law& law() const { return static_cast<const Law&>(*this); }
   template <class T>
   std::array<T, 3> stress(const T* e) const {

@@ -9,8 +9,7 @@ namespace matpoint {
 /// Sources: Herschel & Bulkley (1926); Bingham (1922); Saramito (2007) for the elastic part.
 struct HerschelBulkley : FlowLaw<HerschelBulkley> {
   static constexpr auto name = "herschel_bulkley";
-  static constexpr auto summary =
-      "Yield-stress fluid, elastic below its yield stress (Herschel & Bulkley 1926); exponent 1 is Bingham's.";
+  static constexpr auto summary = "Yield-stress fluid, elastic below its yield stress (Herschel & Bulkley 1926); exponent 1 is Bingham's.";
 
   Real yield_stress = 0;               ///< tau_y [Pa]
   Real consistency = 0;                ///< k [Pa s^n]
@@ -38,8 +37,10 @@ struct HerschelBulkley : FlowLaw<HerschelBulkley> {
   };
   static constexpr std::array<InternalVariable, 2> internal_variables = {{{"plastic_strain", "1"}, {"gap", "1"}}};
 
-  template <class T>
-  void flow(Principal<T>& p, const Internal<T>& old, Internal<T>& updated, Real dt) const {
+  static constexpr bool scales_deviator = true;
+
+  template <class State, class T>
+  void flow(State& p, const Internal<T>& old, Internal<T>& updated, Real dt) const {
     const Real K = bulk_modulus(), G = mu();
     T gap = p.close(old.gap);
     const T theta = p.theta();
@@ -52,7 +53,7 @@ struct HerschelBulkley : FlowLaw<HerschelBulkley> {
     T x = T(0.0);
     if (dt > 0) x = exponent == 1 ? T(excess * (dt / (G * dt + consistency))) : T(shear_rate(excess, dt) * dt);
     const T new_r = T(r - G * x);
-    std::array<T, 3> dev = p.deviator();
+    auto dev = p.deviator();
     const T scale = T(new_r / r);
     for (T& one : dev) one = one * scale;
     p.set(new_theta, dev);

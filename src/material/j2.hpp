@@ -54,9 +54,11 @@ struct J2 : FlowLaw<J2> {
   /// The step minimises an energy, so its tangent is symmetric.
   static constexpr bool is_symmetric = true;
 
+  static constexpr bool scales_deviator = true;
+
   /// q* - 3 G x = sigma_y(a + x) for the plastic strain x of the step: convex and falling, so that Newton's method climbs to it from 0.
-  template <class T>
-  void flow(Principal<T>& p, const Internal<T>& old, Internal<T>& updated, Real /*dt*/) const {
+  template <class State, class T>
+  void flow(State& p, const Internal<T>& old, Internal<T>& updated, Real /*dt*/) const {
     const Real G3 = 3 * mu();
     const T a = old.plastic_strain;
     // Within the yield surface the equation is that of a point on it, and x comes out as 0.
@@ -74,7 +76,7 @@ struct J2 : FlowLaw<J2> {
     }
     const T q_new = T(q_or_yield - G3 * x);
     const T scale = T(T(1.0) - G3 * x / q_or_yield);
-    std::array<T, 3> dev = p.deviator();
+    auto dev = p.deviator();
     const T theta = p.theta();
     for (T& one : dev) one = one * scale;
     p.set(theta, dev);

@@ -22,8 +22,8 @@ struct MohrCoulomb : GranularLaw<MohrCoulomb> {
     cutoff_ = tension_cutoff ? std::min(apex_, *tension_cutoff) : apex_;
   }
 
-  template <class T>
-  void flow(Principal<T>& p, const Internal<T>& old, Internal<T>& updated, Real /*dt*/) const {
+  template <class State, class T>
+  void flow(State& p, const Internal<T>& old, Internal<T>& updated, Real /*dt*/) const {
     const Real G = mu(), la = lambda();
     T gap = p.close(old.gap);
     const std::array<T, 3> before = {p.e[0], p.e[1], p.e[2]};

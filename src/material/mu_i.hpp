@@ -41,8 +41,10 @@ struct MuI : FlowLaw<MuI> {
   };
   static constexpr std::array<InternalVariable, 2> internal_variables = {{{"plastic_strain", "1"}, {"gap", "1"}}};
 
-  template <class T>
-  void flow(Principal<T>& p, const Internal<T>& old, Internal<T>& updated, Real dt) const {
+  static constexpr bool scales_deviator = true;
+
+  template <class State, class T>
+  void flow(State& p, const Internal<T>& old, Internal<T>& updated, Real dt) const {
     const Real K = bulk_modulus(), G = mu();
     const T gap = p.close(old.gap);
     const T theta = p.theta();
@@ -56,7 +58,7 @@ struct MuI : FlowLaw<MuI> {
     const T flowing = T(2.0 * H / (B + T(sqrt(T(max(T(1e-30 * G * G), T(B * B - 4.0 * H)))))));
     const T new_r = select(r > slow, T(min(flowing, r)), r);
     const T new_theta = T(min(theta, none));
-    std::array<T, 3> dev = p.deviator();
+    auto dev = p.deviator();
     const T scale = T(new_r / r);
     for (T& one : dev) one = one * scale;
     p.set(new_theta, dev);

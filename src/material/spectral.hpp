@@ -192,6 +192,70 @@ Mat3<T, is_plane> isotropic(const Mat3<T, is_plane>& h, Map&& map) {
   }
 }
 
+/// A power series sum c_k a^(k+1) of a symmetric tensor, given as xx yy zz xy yz xz: by Horner's scheme, where Cayley and Hamilton's
+/// a^3 = I1 a^2 - I2 a + I3 leaves three numbers to be carried along.
+template <class T, std::size_t n>
+std::array<T, 6> power_series(const std::array<T, 6>& a, const std::array<Real, n>& c) {
+  const auto& [xx, yy, zz, xy, yz, xz] = a;
+  const std::array<T, 6> square = {T(xx * xx + xy * xy + xz * xz), T(xy * xy + yy * yy + yz * yz), T(xz * xz + yz * yz + zz * zz),
+                                   T(xx * xy + xy * yy + xz * yz), T(xy * xz + yy * yz + yz * zz), T(xx * xz + xy * yz + xz * zz)};
+  const T I1 = T(xx + yy + zz);
+  const T I2 = T(0.5 * (I1 * I1 - (square[0] + square[1] + square[2])));
+  const T I3 = T(xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz));
+  T A = T(0.0), B = T(0.0), C = T(c[n - 1]);
+  const auto times_a = [&] {
+    const T next_A = T(A * I1 + B);
+    const T next_B = T(C - A * I2);
+    C = T(A * I3);
+    A = next_A;
+    B = next_B;
+  };
+  for (std::size_t k = n - 1; k-- > 0;) {
+    times_a();
+    C = T(C + T(c[k]));
+  }
+  times_a();
+  std::array<T, 6> result;
+  for (std::size_t i = 0; i < 6; ++i) result[i] = T(A * square[i] + B * a[i]);
+  for (std::size_t i = 0; i < 3; ++i) result[i] = T(result[i] + C);
+  return result;
+}
+/// The same in the plane, given as xx yy zz xy: a^2 = I1 a - I2 there, and zz is a number.
+template <class T, std::size_t n>
+std::array<T, 4> power_series(const std::array<T, 4>& a, const std::array<Real, n>& c) {
+  const auto& [xx, yy, zz, xy] = a;
+  const T I1 = T(xx + yy);
+  const T I2 = T(xx * yy - xy * xy);
+  T B = T(0.0), C = T(c[n - 1]), out = T(c[n - 1]);
+  const auto times_a = [&] {
+    const T next = T(B * I1 + C);
+    C = T(-(B * I2));
+    B = next;
+  };
+  for (std::size_t k = n - 1; k-- > 0;) {
+    times_a();
+    C = T(C + T(c[k]));
+    out = T(out * zz + T(c[k]));
+  }
+  times_a();
+  return {T(B * xx + C), T(B * yy + C), T(out * zz), T(B * xy)};
+}
+/// ln(I + h)/2 and exp(2 e) - I for tensors of Frobenius norm to `k_series_norm`, to the last digits.
+constexpr Real k_series_norm = 0.1;
+template <class T, std::size_t size>
+std::array<T, size> half_log1p_of_small(const std::array<T, size>& h) {
+  std::array<Real, 15> c;
+  for (std::size_t k = 0; k < c.size(); ++k) c[k] = (k % 2 == 0 ? 0.5 : -0.5) / static_cast<Real>(k + 1);
+  return power_series(h, c);
+}
+template <class T, std::size_t size>
+std::array<T, size> expm1_of_small(const std::array<T, size>& twice_e) {
+  std::array<Real, 10> c;
+  Real factorial = 1;
+  for (std::size_t k = 0; k < c.size(); ++k) c[k] = 1 / (factorial *= static_cast<Real>(k + 1));
+  return power_series(twice_e, c);
+}
+
 /// F F^T - I, with the digits of F - I.
 template <class T, bool is_plane>
 Mat3<T, is_plane> left_cauchy_green_minus_identity(const Mat3<T, is_plane>& F) {

@@ -22,13 +22,15 @@ struct PerfectMetal : FlowLaw<PerfectMetal> {
   };
   static constexpr std::array<InternalVariable, 1> internal_variables = {{{"plastic_strain", "1"}}};
 
-  template <class T>
-  void flow(Principal<T>& p, const Internal<T>& old, Internal<T>& updated, Real /*dt*/) const {
+  static constexpr bool scales_deviator = true;
+
+  template <class State, class T>
+  void flow(State& p, const Internal<T>& old, Internal<T>& updated, Real /*dt*/) const {
     const T q = T(p.shear() * (std::sqrt(6.0) * mu()));  // von Mises' stress if nothing flowed
     const T q_new = min(q, T(yield_stress));
     const T strain = T((q - q_new) * (1 / (3 * mu())));
     const T theta = p.theta();
-    std::array<T, 3> dev = p.deviator();
+    auto dev = p.deviator();
     for (T& one : dev) one = T(one * (q_new / q));
     p.set(theta, dev);
     updated.plastic_strain = old.plastic_strain + strain;

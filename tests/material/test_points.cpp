@@ -155,7 +155,9 @@ TEST(Points, a_gap_that_opened_closes_before_it_presses) {
       }
       EXPECT_NEAR(-trace(point.tau) / 3, 5e4, 1e-6) << type;
       EXPECT_NEAR(point.dissipated, 0, 1e-6);
-      if constexpr (requires { point.history.internal.gap; }) EXPECT_NEAR(point.history.internal.gap, 0, 1e-15);
+      if constexpr (requires { point.history.internal.gap; }) {
+        EXPECT_NEAR(point.history.internal.gap, 0, 1e-15);
+      }
     };
     const std::string soil = "density = 1800\nyoungs_modulus = 1e7\npoissons_ratio = 0.3\ncohesion = 0\nfriction_angle = 30\n";
     if (type == std::string("dp")) check(law_of<DruckerPrager>(soil));
