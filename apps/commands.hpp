@@ -31,6 +31,14 @@ struct PlotOptions {
   std::vector<std::string> times;
 };
 
+struct TestMaterialOptions {
+  std::string what;               ///< A law, or a case.
+  std::string body;               ///< Of the case; empty: the first.
+  std::vector<std::string> sets;  ///< Parameters of the law, or changes of the case.
+  std::vector<std::string> test;  ///< KEY=VALUE of the test.
+  std::string out;                ///< A CSV file; empty: standard output.
+};
+
 /// Runs a case into a results folder.
 int run_command(const RunOptions& options);
 
@@ -48,6 +56,9 @@ int explain_command(const std::string& name);
 
 /// Becomes the Python program that draws the pictures: returns only by InputError.
 int plot_command(const PlotOptions& options);
+
+/// A table of one point of a material on a path.
+int test_material_command(const TestMaterialOptions& options);
 
 /// Becomes the benchmark, with the words after `bench`: returns only by InputError.
 int bench_command(std::vector<std::string> words);

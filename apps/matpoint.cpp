@@ -12,6 +12,7 @@
 #include "core/error.hpp"
 #include "core/parallel.hpp"
 #include "core/version.hpp"
+#include "material/point_test.hpp"
 #include "verify/verify.hpp"
 
 namespace matpoint {
@@ -21,6 +22,7 @@ namespace {
 struct Arguments {
   RunOptions run;
   PlotOptions plot;
+  TestMaterialOptions test;
   VerifyOptions verify;
   std::string name;  ///< CASE or NAME of check, list and explain.
   std::vector<std::string> sets;
@@ -106,6 +108,26 @@ void add_plot(CLI::App& app, Arguments& arguments) {
       ->type_name("T,T,...");
 }
 
+void add_test_material(CLI::App& app, Arguments& arguments) {
+  CLI::App& command = *app.add_subcommand("test-material", "Strain one point of a material, as in a laboratory: a table");
+  command.add_option("WHAT", arguments.test.what, "A law (with --set density=...), or a case")->required()->type_name("");
+  command.add_option("--set", arguments.test.sets, "A parameter of the law, or a change of the case")->type_name("KEY=VALUE");
+  command.add_option("--body", arguments.test.body, "The body of the case; default: the first")->type_name("NAME");
+  for (const ParameterDescription& parameter : parameters_of<PointTestSpec>().describe()) {
+    const std::string key = parameter.name + "=";
+    const bool is_text = parameter.type == "string";
+    auto* const option = command.add_option_function<std::string>(
+        "--" + parameter.name,
+        [&arguments, key, is_text](const std::string& value) {
+          arguments.test.test.push_back(is_text ? key + '"' + value + '"' : key + value);
+        },
+        parameter.help + (parameter.default_text.empty() ? "" : fmt::format(" Default: {}.", parameter.default_text)));
+    option->type_name(is_text ? "NAME" : "X");
+    if (parameter.is_required) option->required();
+  }
+  command.add_option("--out", arguments.test.out, "A CSV file; default: standard output")->type_name("FILE");
+}
+
 void add_verify(CLI::App& app, Arguments& arguments) {
   CLI::App& command = *app.add_subcommand("verify", "Compare with published and exact numbers; exit code 3 when a bound is missed");
   command.add_option("NAME", arguments.verify.names, "Cases, groups or jobs of --list; default: all of the preset")->type_name("");
@@ -178,6 +200,7 @@ int dispatch(const CLI::App& app, Arguments& arguments) {
   if (command == "list") return list_command(arguments.name);
   if (command == "explain") return explain_command(arguments.name);
   if (command == "plot") return plot_command(arguments.plot);
+  if (command == "test-material") return test_material_command(arguments.test);
   if (command == "bench") return bench_command(app.get_subcommands().front()->remaining());
   const std::string& preset = arguments.verify.preset;
   if (preset != "quick" && preset != "full") {
@@ -200,6 +223,7 @@ int run_program(int argc, char** argv) {
   add_check(app, arguments);
   add_list_and_explain(app, arguments);
   add_plot(app, arguments);
+  add_test_material(app, arguments);
   add_verify(app, arguments);
   add_bench(app);
 

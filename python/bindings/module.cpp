@@ -11,6 +11,7 @@
 #include "core/version.hpp"
 #include "functions.hpp"
 #include "kernel/kernel.hpp"
+#include "material/point_test.hpp"
 #include "simulation.hpp"
 
 namespace matpoint::python {
@@ -95,6 +96,22 @@ NB_MODULE(_core, m) {
         return nb::borrow<Table>(from_input(Case::from_input(to_input(data, ""), name).to_input()));
       },
       nb::arg("data"), nb::arg("name"));
+  m.def(
+      "point_test",
+      [](nb::handle material, nb::handle test) {
+        const std::shared_ptr<Material> law = material_registry().read(to_input(material, "material"), {3, ""}, "material");
+        PointTestSpec spec;
+        parameters_of<PointTestSpec>().read(to_input(test, "point_test"), {3, "point_test"}, spec);
+        const PointTestResult result = run_point_test(law, spec);
+        std::vector<Real> values;
+        for (std::size_t c = 0; c < result.names.size(); ++c) {
+          for (const std::vector<Real>& row : result.rows) values.push_back(row[c]);
+        }
+        return nb::make_tuple(result.names, result.units, make_array(std::move(values), {result.names.size(), result.rows.size()}));
+      },
+      nb::arg("material"), nb::arg("test"),
+      nb::sig(
+          "def point_test(material: object, test: dict[str, object]) -> tuple[list[str], list[str], numpy.typing.NDArray[numpy.float64]]"));
   m.def("shipped_cases", [] {
     std::vector<std::string> names;
     for (const auto& [name, text] : shipped_cases()) names.push_back(name);

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from matpoint.health import HealthLine as HealthLine
     from matpoint.health import HealthWarning as HealthWarning
     from matpoint.history import History as History
+    from matpoint.laboratory import point_test as point_test
     from matpoint.parts import *  # noqa: F403
     from matpoint.results import Results as Results
     from matpoint.simulation import Case as Case
@@ -57,6 +58,7 @@ _homes = {
     "FunctionLaw": "functions",
     "Where": "functions",
     "Results": "results",
+    "point_test": "laboratory",
     "ResultsError": "errors",
     "BodyState": "state",
     "BoundaryState": "state",

@@ -3,7 +3,9 @@
 #include "kernel/simd.hpp"
 #include "material/perfect_metal.hpp"
 #include "material/point_path.hpp"
+#include "material/point_test.hpp"
 #include "material/tangent_of_law.hpp"
+#include "support/from_toml.hpp"
 
 namespace matpoint::test {
 namespace {
@@ -115,6 +117,85 @@ TEST(Points, the_algorithm_converges_to_the_law_with_the_step) {
     ++count;
   }
   EXPECT_GT(count, 50);
+}
+
+/// The test of a laboratory that a path of the table is; nothing for one that is none.
+std::optional<PointTestSpec> laboratory_test(const std::string& name) {
+  PointTestSpec spec;
+  for (const auto& [start, path, sign] :
+       {std::tuple("triaxial_drained_compression_", "triaxial", -1), std::tuple("triaxial_drained_extension_", "triaxial", 1),
+        std::tuple("triaxial_undrained_compression_", "triaxial_undrained", -1),
+        std::tuple("triaxial_undrained_extension_", "triaxial_undrained", 1), std::tuple("biaxial_drained_", "biaxial", -1),
+        std::tuple("uniaxial_stress_", "uniaxial_stress", 1)}) {
+    if (!name.starts_with(start)) continue;
+    spec.path = path;
+    spec.strain = sign * std::stod(name.substr(std::string(start).size()));
+    return spec;
+  }
+  return std::nullopt;
+}
+
+TEST(Points, stresses_that_are_held_lead_to_the_laws_answer) {
+  int count = 0;
+  for (const PointRow& row : point_rows()) {
+    std::optional<PointTestSpec> spec = laboratory_test(row.test);
+    if (!spec || row.kind.starts_with("steps:") || row.set == "hencky" || row.t < 0.2) continue;
+    SCOPED_TRACE(row.set + " " + row.test + " " + row.kind + fmt::format(" t = {}", row.t));
+    spec->confining = start_pressure(row.set);
+    EXPECT_TRUE(with_law(row.set, [&](const auto& law) {
+      auto material = std::make_shared<LawMaterial<std::remove_cvref_t<decltype(law)>>>();
+      material->law = law;
+      const auto distance_in = [&](int steps) {
+        spec->steps = steps;
+        const PointTestResult result = run_point_test(material, *spec);
+        const std::vector<Real>& found = result.rows[static_cast<std::size_t>(std::lround(row.t * steps))];
+        const auto J = static_cast<std::size_t>(std::find(result.names.begin(), result.names.end(), "J") - result.names.begin());
+        Real largest = 0;
+        for (std::size_t i = 0; i < 6; ++i) largest = std::max(largest, std::abs(found[J] * found[2 + i] - row.tau[i]));
+        return largest;
+      };
+      const Real coarse = distance_in(40), fine = distance_in(400);
+      EXPECT_TRUE(fine < 1e-8 * size_of(row) + 1e-11 * law.youngs_modulus || fine < coarse * std::pow(10, -0.9)) << coarse << " " << fine;
+    }));
+    ++count;
+  }
+  EXPECT_GT(count, 80);
+}
+
+TEST(Points, tests_of_a_laboratory_have_their_closed_forms) {
+  auto material = std::make_shared<LawMaterial<Hencky>>();
+  material->law = law_of<Hencky>("density = 1000\nyoungs_modulus = 1e9\npoissons_ratio = 0.3");
+  const auto last = [&](const char* path, Real strain, const char* column) {
+    PointTestSpec spec;
+    spec.path = path;
+    spec.strain = strain;
+    spec.steps = 7;
+    const PointTestResult result = run_point_test(material, spec);
+    return result.rows.back()[static_cast<std::size_t>(std::find(result.names.begin(), result.names.end(), column) - result.names.begin())];
+  };
+  const Real J = last("uniaxial_stress", 0.2, "J");
+  EXPECT_NEAR(last("uniaxial_stress", 0.2, "stress_xx") * J, 1e9 * 0.2, 1) << "tau = E ln l";
+  EXPECT_NEAR(std::log(J), 0.2 * (1 - 2 * 0.3), 1e-9);
+  EXPECT_NEAR(last("isotropic", -0.3, "p"), 1e9 / (3 * (1 - 0.6)) * 0.3 * std::exp(0.3), 1);
+  EXPECT_NEAR(last("simple_shear", 2, "stress_xy"), 4.794040308771e8, 1);
+  PointTestSpec spec;
+  spec.path = "uniaxal_strain";
+  EXPECT_NE(complaint_of([&] { run_point_test(material, spec); }).find("did you mean \"uniaxial_strain\"?"), std::string::npos);
+  // Dry sand that is pulled holds no pressure.
+  with_law("mui", [](const auto& law) {
+    auto sand = std::make_shared<LawMaterial<std::remove_cvref_t<decltype(law)>>>();
+    sand->law = law;
+    PointTestSpec held;
+    held.path = "triaxial";
+    held.strain = 1;
+    held.confining = 5e4;
+    held.steps = 2;
+    try {
+      run_point_test(sand, held);
+    } catch (const SolverError& error) {
+      EXPECT_TRUE(std::string(error.what()).starts_with("triaxial at a strain of "));
+    }
+  });
 }
 
 TEST(Points, hencky_is_the_same_solid_without_a_history) {

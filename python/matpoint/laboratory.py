@@ -1,0 +1,53 @@
+"""A material on its own: one point on a path of strains, or under stresses that are held, as in a laboratory."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from matpoint import _core
+from matpoint.functions import FunctionLaw
+from matpoint.history import History
+
+
+def point_test(
+    material: Mapping[str, Any] | FunctionLaw,
+    path: str,
+    *,
+    strain: float = 0.1,
+    confining: float = 0.0,
+    rate: float = 1.0,
+    steps: int = 200,
+    cycles: int = 3,
+) -> History:
+    """Strains one point of a material, from rest, in 3D.
+
+    Args:
+        material: A material of a body, e.g. `mp.MohrCoulomb(...)`, or a `FunctionLaw`.
+        path: What is driven and what is held. "uniaxial_strain" (an oedometer): ln F_xx, nothing else moves. "uniaxial_stress" and
+            "triaxial": ln F_xx, stresses across are held at `-confining`. "triaxial_undrained": ln F_xx at constant volume. "biaxial":
+            ln F_xx, F_zz stays, sigma_yy is held. "isotropic": ln J. "simple_shear": F_xy. "cyclic_shear": F_xy to `strain`, and then
+            `cycles` times to `-strain` and back.
+        strain: Where it ends [1]; tension positive, so that a soil is compressed with a negative number.
+        confining: Pressure that the point is brought to first [Pa].
+        rate: Strain per time [1/s].
+        steps: Steps of the path, or of each part of "cyclic_shear".
+        cycles: Of "cyclic_shear".
+
+    Returns:
+        A row for each step, from the end of the confinement on, where the strains of a law that flows are counted from: time [s], strain
+        [1], Cauchy stress (stress_xx, stress_yy, ... [Pa]), p = -tr sigma/3, q (von Mises' stress), F_xx, F_xy, F_yy, F_zz, J, energy
+        and dissipated [J/m^3 of reference volume], and what the law remembers (plastic_strain, ...).
+
+    Raises:
+        InputError: The material or a number is wrong.
+        SolverError: No stretch holds the stress that is to be held; the point is turned inside out.
+
+    Example:
+        triaxial = mp.point_test(sand, "triaxial", strain=-0.1, confining=1e5)
+        triaxial["q"] / triaxial["p"]
+    """
+    law = material.to_core() if isinstance(material, FunctionLaw) else dict(material)
+    test = {"path": path, "strain": strain, "confining": confining, "rate": rate, "steps": steps, "cycles": cycles}
+    names, units, table = _core.point_test(law, test)
+    return History({name: table[row] for row, name in enumerate(names)}, dict(zip(names, units)))

@@ -1,0 +1,62 @@
+"""One point of a material on a path: mp.point_test and `matpoint test-material`."""
+
+import matpoint as mp
+import numpy as np
+import pytest
+
+SOIL = dict(density=1800, youngs_modulus=1e7, poissons_ratio=0.3, cohesion=1e4, friction_angle=30)
+
+
+def test_triaxial_strength_is_that_of_mohr_and_coulomb():
+    soil = mp.MohrCoulomb(**SOIL)
+    push = mp.point_test(soil, "triaxial", strain=-0.2, confining=5e4)
+    # Kp p + 2 c sqrt(Kp), of Kirchhoff's stress: J is 0.995.
+    assert abs(-push["stress_xx"][-1] * push["J"][-1] / (3 * 5e4 * push["J"][-1] + 2e4 * np.sqrt(3)) - 1) < 1e-6
+    assert np.allclose(push["stress_yy"], -5e4) and np.allclose(push["stress_zz"], -5e4)
+    assert push["plastic_strain"][-1] > 0.15 and (np.diff(push["dissipated"]) > -1e-9).all()
+    pull = mp.point_test(soil, "triaxial", strain=0.2, confining=5e4)
+    assert abs(-pull["stress_xx"][-1] - 5119.661) < 60
+    assert push.units["q"] == "Pa" and len(push["q"]) == 201
+
+
+def test_cycles_and_functions():
+    steel = mp.J2(density=7800, youngs_modulus=1e9, poissons_ratio=0.3, yield_stress=3e7)
+    cyclic = mp.point_test(steel, "cyclic_shear", strain=0.1, cycles=2, steps=50)
+    assert len(cyclic["strain"]) == 1 + 5 * 50
+    assert abs(cyclic["stress_xy"].max() / (3e7 / np.sqrt(3)) - 1) < 1e-3
+    law = mp.FunctionLaw(lambda F, L, dt, history: 1e5 * (F @ np.swapaxes(F, 1, 2) - np.eye(3)), density=1000, wave_speed=20)
+    stretched = mp.point_test(law, "uniaxial_strain", strain=0.1)
+    assert abs(stretched["stress_xx"][-1] - 1e5 * (np.exp(0.2) - 1) / np.exp(0.1)) < 1e-6
+
+
+def test_what_is_wrong_is_said():
+    soil = mp.MohrCoulomb(**SOIL)
+    with pytest.raises(mp.InputError, match='path = "traxial" is unknown.*did you mean "triaxial"'):
+        mp.point_test(soil, "traxial")
+    with pytest.raises(mp.InputError, match="confining = -1 is not allowed, it must be >= 0"):
+        mp.point_test(soil, "triaxial", confining=-1.0)
+    with pytest.raises(mp.InputError, match="dilatancy_angle = 40 is above friction_angle = 30"):
+        mp.point_test(mp.MohrCoulomb(**SOIL, dilatancy_angle=40.0), "triaxial")
+
+
+def test_the_command_writes_the_same_table(matpoint, tmp_path):
+    words = [word for key, value in SOIL.items() for word in ("--set", f"{key}={value}")]
+    done = matpoint(
+        "test-material", "mohr_coulomb", *words, "--path", "triaxial", "--confining", "5e4", "--strain", "-0.2", "--out", "t.csv"
+    )
+    assert done.returncode == 0 and "201 rows in t.csv" in done.stdout, done.stderr
+    table = np.genfromtxt(tmp_path / "t.csv", delimiter=",", names=True)
+    same = mp.point_test(mp.MohrCoulomb(**SOIL), "triaxial", strain=-0.2, confining=5e4)
+    for name in same:
+        assert np.array_equal(table[name], same[name]), name
+    of_case = matpoint("test-material", "granular_column", "--path", "simple_shear", "--steps", "3")
+    assert of_case.returncode == 0 and of_case.stdout.count("\n") == 5
+    for words, text in (
+        (["mohr_coulomb", "--path", "triaxial"], "density is missing"),
+        (["granular_column", "--path", "triaxial", "--body", "rod"], 'did you mean "rods"'),
+        (["granular_column", "--path", "triaxal"], 'did you mean "triaxial"'),
+        (["granular_columns", "--path", "triaxial"], "granular_column"),
+        (["granular_column"], "--path"),
+    ):
+        wrong = matpoint("test-material", *words)
+        assert wrong.returncode == 2 and text in wrong.stderr and wrong.stderr.count("\n") == 1, wrong.stderr
