@@ -164,7 +164,7 @@ def test_the_python_page_runs(tmp_path, monkeypatch):
     import matpoint as mp
     import numpy as np
 
-    case, run, states, state, functions, callback, plots = blocks(ROOT / "docs/python.md", "python")
+    case, run, states, state, laboratory, functions, callback, plots = blocks(ROOT / "docs/python.md", "python")
     names = {}
     exec(case, names)  # noqa: S102
     assert (tmp_path / "ball.toml").exists()
@@ -172,6 +172,7 @@ def test_the_python_page_runs(tmp_path, monkeypatch):
     exec(state, names)  # noqa: S102
     names.update(copy=copy, finer=names["case"].build())
     exec(states, names)  # noqa: S102
+    exec(laboratory, names)  # noqa: S102
     assert names["twin"].time == names["simulation"].time > names["finer"].time == 0
     array = np.array([[0.5, 0.5], [0.6, 0.5]])
     parts = {"mp": mp, "np": np, "math": math, "array": array, "stress": lambda F: F - np.eye(3)}

@@ -24,7 +24,7 @@ def test_cycles_and_functions():
     cyclic = mp.point_test(steel, "cyclic_shear", strain=0.1, cycles=2, steps=50)
     assert len(cyclic["strain"]) == 1 + 5 * 50
     assert abs(cyclic["stress_xy"].max() / (3e7 / np.sqrt(3)) - 1) < 1e-3
-    law = mp.FunctionLaw(lambda F, L, dt, history: 1e5 * (F @ np.swapaxes(F, 1, 2) - np.eye(3)), density=1000, wave_speed=20)
+    law = mp.FunctionLaw(lambda F, L, dt, history: (1e5 * (F @ np.swapaxes(F, 1, 2) - np.eye(3)), history), density=1000, wave_speed=20)
     stretched = mp.point_test(law, "uniaxial_strain", strain=0.1)
     assert abs(stretched["stress_xx"][-1] - 1e5 * (np.exp(0.2) - 1) / np.exp(0.1)) < 1e-6
 
