@@ -322,15 +322,16 @@ void choose_scheme(Case& problem, const Input& input) {
   const bool has_loose = std::any_of(problem.bodies.begin(), problem.bodies.end(), [](const BodySpec& body) {
     return body.material->flows_freely() && body.formulation == Formulation::updated;
   });
-  // FLIP keeps velocities that the grid does not see, and grains have nothing that damps them: single ones are shaken loose, and what
-  // should lie still goes on moving.
-  if (has_loose && !is_given(given, "transfer") && !is_given(given, "flip") && !is_given(given, "co_rotating"))
-    solver.transfer = Transfer::apic;
   if (!is_given(given, "shape")) {
     const bool needs_linear = !problem.grid.periodic.empty() || problem.output.grid || solver.contact == ContactMethod::multi_field;
     // Fluids need the smoothest pressures, solids functions that end where they are held (docs/choices.md has the measurements).
     solver.shape = needs_linear ? ShapeKind::linear : has_fluid || has_loose ? ShapeKind::bspline2 : ShapeKind::gimp;
   }
+  // FLIP keeps velocities that the grid does not see, and grains have nothing that damps them: single ones are shaken loose, and what
+  // should lie still goes on moving. Affine velocities need smooth functions, and APIC's slopes functions of their own in each direction.
+  if (has_loose && solver.shape != ShapeKind::linear && !is_given(given, "transfer") && !is_given(given, "flip") &&
+      !is_given(given, "co_rotating"))
+    solver.transfer = solver.shape == ShapeKind::cpdi ? Transfer::tpic : Transfer::apic;
   if (solver.quality_cfl && !problem.time.dt && !is_given(section_of(input, "time"), "cfl")) problem.time.cfl = *solver.quality_cfl;
   // Linear shapes are the textbook's scheme, and stay that.
   if (!solver.co_rotating)

@@ -61,7 +61,7 @@ void SolverSpec::declare(ParameterTable<SolverSpec>& table) {
       {{"flip", Transfer::flip}, {"pic", Transfer::pic}, {"apic", Transfer::apic}, {"tpic", Transfer::tpic}, {"fmpm", Transfer::fmpm}},
       "How velocities reach the particles: their changes (flip), themselves (pic), with an affine part (apic, tpic), or by a better "
       "inverse "
-      "of the mass matrix (fmpm). Where none is given: apic where there are soils, grains or muds, else flip.");
+      "of the mass matrix (fmpm). Where none is given: apic where there are soils, grains or muds and the shape is not linear (tpic with cpdi), else flip.");
   table.custom(
       {"flip", "1", "number", "1", "0 <= value <= 1", "Of transfer = \"flip\": its share in the particles' velocity; the rest is PIC.",
        false},
