@@ -132,6 +132,28 @@ void find_unsafe_schemes(const Case& problem, const Solver& solver, std::vector<
   }
 }
 
+/// A total Lagrangian body keeps its place in the reference configuration: what it does not touch at the start it never meets.
+void find_walls_that_do_not_hold(const Case& problem, const Solver& solver, std::vector<std::string>& risks) {
+  const GridGeometry& grid = solver.grid();
+  for (std::size_t b = 0; b < problem.bodies.size(); ++b) {
+    const BodySpec& body = problem.bodies[b];
+    if (body.formulation != Formulation::total) continue;
+    const BodyTotals totals = solver.totals(b);
+    for (const BoundarySpec& boundary : problem.boundaries) {
+      if (boundary.side.empty()) continue;
+      const BoundarySide side = side_of(boundary.side);
+      const auto d = static_cast<std::size_t>(side.axis);
+      const Real upper = grid.lower[d] + (grid.nodes[d] - 1) * grid.cell_size[d];
+      const Real gap = side.is_upper ? upper - totals.upper[d] : totals.lower[d] - grid.lower[d];
+      if (gap < 2 * grid.cell_size[d]) continue;
+      risks.push_back(
+          fmt::format("body \"{}\" has formulation = \"total\": the side \"{}\", {:.3g} m from it at the start, will not stop it; take "
+                      "formulation = \"updated\"",
+                      body.name, boundary.side, gap));
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> risks_of(const Case& problem, const Solver& solver) {
@@ -142,6 +164,7 @@ std::vector<std::string> risks_of(const Case& problem, const Solver& solver) {
   find_overlaps(solver, shares, risks);
   find_sparse_bodies(problem, solver, shares, risks);
   find_unsafe_schemes(problem, solver, risks);
+  find_walls_that_do_not_hold(problem, solver, risks);
   return risks;
 }
 

@@ -1,0 +1,18 @@
+// What the problems of laws that flow share.
+#pragma once
+
+#include "verify/analytic.hpp"
+
+namespace matpoint {
+
+/// A case with nothing numerical but what the text says.
+Case default_case(const std::string& name, const std::string& text);
+/// Place on an axis below which a share of the particles of the first body lies [m].
+Real quantile(const Simulation& sim, std::size_t axis, Real share);
+Real greatest(const Simulation& sim, std::size_t axis);
+
+/// Grains and muds (materials_flows.cpp).
+void add_grains(VerifySuite& suite);
+void add_flows(VerifySuite& suite);
+
+}  // namespace matpoint
