@@ -89,7 +89,17 @@ ScenarioSet laws(std::size_t particles) {
   const std::pair<const char*, const char*> all[] = {
       {"neo_hookean", R"({ type = "neo_hookean", density = 1000, youngs_modulus = 1000, poissons_ratio = 0.3 })"},
       {"st_venant_kirchhoff", R"({ type = "st_venant_kirchhoff", density = 1000, youngs_modulus = 1000, poissons_ratio = 0.3 })"},
-      {"newtonian_fluid", R"({ type = "newtonian_fluid", density = 1000, pressure_scale = 140, gamma = 7, viscosity = 0.1 })"}};
+      {"newtonian_fluid", R"({ type = "newtonian_fluid", density = 1000, pressure_scale = 140, gamma = 7, viscosity = 0.1 })"},
+      {"hencky", R"({ type = "hencky", density = 1000, youngs_modulus = 1000, poissons_ratio = 0.3 })"},
+      {"j2", R"({ type = "j2", density = 1000, youngs_modulus = 1000, poissons_ratio = 0.3, yield_stress = 1, hardening_modulus = 10 })"},
+      {"drucker_prager",
+       R"({ type = "drucker_prager", density = 1000, youngs_modulus = 1000, poissons_ratio = 0.3, cohesion = 1, friction_angle = 30 })"},
+      {"mohr_coulomb",
+       R"({ type = "mohr_coulomb", density = 1000, youngs_modulus = 1000, poissons_ratio = 0.3, cohesion = 1, friction_angle = 30 })"},
+      {"mu_i", R"({ type = "mu_i", density = 1000, youngs_modulus = 1000, poissons_ratio = 0.3, mu_s = 0.38, mu_2 = 0.64, I0 = 0.28, )"
+               R"(grain_diameter = 1e-3, grain_density = 1600 })"},
+      {"herschel_bulkley",
+       R"({ type = "herschel_bulkley", density = 1000, youngs_modulus = 1000, poissons_ratio = 0.3, yield_stress = 1, consistency = 1 })"}};
   for (const int dim : {2, 3}) {
     for (const auto& [name, law] : all) {
       Scenario scenario = without_plain(bodies(dim, k_jitter, particles));

@@ -401,7 +401,7 @@ ResultsFolder::Mark ResultsFolder::mark() {
   return mark;
 }
 
-void ResultsFolder::take_back(const Mark& mark, const Snapshot& now, const StateTable& state) {
+void ResultsFolder::take_back(const Mark& mark, const Snapshot& now, const std::function<StateTable()>& state) {
   wait();
   history_->file().cut(mark.history_size);
   for (std::size_t p = 0; p < probes_.size(); ++p) probes_[p]->file().cut(mark.probe_sizes[p]);
@@ -419,7 +419,7 @@ void ResultsFolder::take_back(const Mark& mark, const Snapshot& now, const State
   for (std::size_t k = 0; k + 1 < all.size(); ++k) {
     if (all[k].filename() > last) fs::remove(all[k]);
   }
-  write_checkpoint(now, state);
+  write_checkpoint(now, state());
   wait();
   fs::remove(all.back());
 }

@@ -11,6 +11,7 @@
 // killed or fails leaves readable files (docs/states.md says what is promised).
 #pragma once
 
+#include <functional>
 #include <future>
 #include <memory>
 #include <optional>
@@ -74,8 +75,8 @@ class ResultsFolder {
   };
   Mark mark();
   /// The run is back where it was at `mark`, at the time `now`: what was written since is taken back. Where there are checkpoints of what
-  /// came after, `state`, of now, replaces them. Throws SolverError.
-  void take_back(const Mark& mark, const Snapshot& now, const StateTable& state);
+  /// came after, one of now, of what `state` gives, replaces them. Throws SolverError.
+  void take_back(const Mark& mark, const Snapshot& now, const std::function<StateTable()>& state);
 
   /// Comes back when all fields and checkpoints are in the files. Throws SolverError.
   void wait();

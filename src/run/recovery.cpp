@@ -34,7 +34,7 @@ void Simulation::Recovery::keep_if_due() {
 }
 
 void Simulation::Recovery::keep() {
-  StateTable state = simulation_.save_state(kept_ ? std::move(kept_->state) : StateTable{});
+  StateTable state = simulation_.save_own_state(kept_ ? std::move(kept_->state) : StateTable{});
   kept_ = {std::move(state), results_ != nullptr ? results_->mark() : ResultsFolder::Mark{}, simulation_.step_};
   start_cuts_ = simulation_.cuts_;
   simulation_.is_changed_by_hand_ = false;
@@ -68,7 +68,7 @@ bool Simulation::Recovery::go_back() {
   next.redone = simulation_.cuts_.redone + done + 1;
   start_cuts_ = next;
   restore();
-  if (results_ != nullptr) results_->take_back(kept_->mark, simulation_, kept_->state);
+  if (results_ != nullptr) results_->take_back(kept_->mark, simulation_, [this] { return simulation_.save_state(); });
   return true;
 }
 
@@ -89,7 +89,7 @@ void Simulation::Recovery::give_up(const SolverError& error, Real end) {
       results_->write_checkpoint(simulation_, simulation_.save_state());
     }
     if (!is_implicit_ && !is_automatic_) {
-      const StateTable last = simulation_.save_state();
+      const StateTable last = simulation_.save_own_state({});
       if (const std::optional<Real> works = find_fixed_step(failed + 2 * dt))
         text += fmt::format("; a fixed step of {:.2g} s gets past this time", *works);
       simulation_.broken_.clear();

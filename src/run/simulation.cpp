@@ -143,11 +143,17 @@ void Simulation::declare_state(State& state) {
   state.part("solver", *solver_);
 }
 
-StateTable Simulation::save_state(StateTable spare) {
+StateTable Simulation::save_own_state(StateTable spare) {
   check_usable();
   StateTable table;
   State state = State::saving(table, &spare);
   state.in("simulation", [&] { declare_state(state); });
+  return table;
+}
+
+StateTable Simulation::save_state(StateTable spare) {
+  StateTable table = save_own_state(std::move(spare));
+  State state = State::saving(table);
   std::string text = write_toml(case_.to_input());
   std::string functions = fmt::format("{}", fmt::join(case_.functions(), ", "));
   state.add("case_name", case_.name);

@@ -112,6 +112,8 @@ class Simulation {
   void handle_escapes();
   HistoryRecord record(const ResultsFolder* results) const;
   void declare_state(State& state);
+  /// The state without the case that it is of.
+  StateTable save_own_state(StateTable spare);
   void check_usable() const;
   void start_books();
   void write_history(ResultsFolder* results, const HistoryRecord& record);
