@@ -47,9 +47,9 @@ std::vector<std::string> particle_field_names(const Material& material) {
 WantedFields prepare_fields(const std::string& body, const Material& material, int dim, const std::vector<std::string>& known,
                             const std::vector<std::string>& names, int vector_size, Index count, std::vector<Field>& fields) {
   WantedFields wanted;
+  const std::vector<InternalVariable> remembered = material.internal_variables();
   fields.resize(names.size());
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const std::vector<InternalVariable> remembered = material.internal_variables();
     const auto variable =
         std::find_if(remembered.begin(), remembered.end(), [&](const InternalVariable& one) { return one.name == names[i]; });
     wanted.history_places.push_back(-1);

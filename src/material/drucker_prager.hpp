@@ -63,10 +63,7 @@ struct DruckerPrager : GranularLaw<DruckerPrager> {
     const T new_r = select(is_parting, T(min(r, T(std::max(xi_c_ - eta_ * apex_, Real{0})))), on_cone_r);
     const T new_theta = T(new_m * (1 / K));
     gap = gap + select(is_parting, T(theta - new_theta), T(0.0));
-    auto dev = p.deviator();
-    const T scale = T(new_r / r);
-    for (T& one : dev) one = one * scale;
-    p.set(new_theta, dev);
+    p.set(new_theta, T(new_r / r));
     updated.plastic_strain = old.plastic_strain + (r - new_r) * (1 / (std::sqrt(3.0) * G));
     updated.gap = gap;
     p.dissipated = T(new_m * (theta - new_theta) + new_r * (r - new_r) * (1 / G));

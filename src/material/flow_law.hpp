@@ -13,8 +13,8 @@
 //     template <class State, class T> void flow(State& p, const Internal<T>& old, Internal<T>& updated, Real dt) const;
 //   };
 //
-// `flow` finds p.e = e* and leaves the elastic e, without a branch on values of type T. With dt = 0 nothing that takes time happens. A law
-// that only scales the deviator, by p.theta(), p.shear(), p.deviator() and p.set(), says `static constexpr bool scales_deviator = true;`:
+// `flow` finds p.e = e* (a Strain) and leaves the elastic e, without a branch on values of type T. With dt = 0 nothing that takes time
+// happens. A law that only scales the deviator, by p.theta(), p.shear() and p.set(), says `static constexpr bool scales_deviator = true;`:
 // then it is given a whole tensor where strains are small, and runs three times as fast in 3D.
 #pragma once
 
@@ -26,22 +26,25 @@
 
 namespace matpoint {
 
-/// The state of a point in its principal directions.
-template <class T>
-struct Principal {
-  T e[3];             ///< In: as the step would leave them without flow; out: elastic logarithmic strains [1].
-  T dissipated{0.0};  ///< Out: in this step [J/m^3].
+/// The strain of a point in a step, in its principal directions or as a tensor: 3 principal values, or xx yy zz xy, and yz xz in 3D.
+template <class T, std::size_t size>
+struct Strain {
+  std::array<T, size> e;  ///< In: as the step would leave it without flow; out: elastic logarithmic strain [1].
+  T dissipated{0.0};      ///< Out: in this step [J/m^3].
 
   T theta() const { return T(e[0] + e[1] + e[2]); }
-  /// e - theta/3.
-  std::array<T, 3> deviator() const {
-    const T mean = T(theta() * (1.0 / 3));
-    return {T(e[0] - mean), T(e[1] - mean), T(e[2] - mean)};
-  }
   /// |dev e|, never 0, where its derivative would be infinite.
-  T shear() const {
-    const std::array<T, 3> s = deviator();
-    return T(sqrt(T(s[0] * s[0] + s[1] * s[1] + s[2] * s[2] + T(1e-30))));
+  T shear() const { return T(sqrt(T(shear_squared() + T(1e-30)))); }
+  T shear_squared() const {
+    std::array<T, size> s = e;
+    const T mean = T(theta() * (1.0 / 3));
+    for (std::size_t i = 0; i < 3; ++i) s[i] = T(e[i] - mean);
+    return norm_squared(s);
+  }
+  /// Leaves a share of dev e, and the volume's strain theta.
+  void set(const T& theta_new, const T& share) {
+    const T mean = T(theta() * (1.0 / 3));
+    for (std::size_t i = 0; i < size; ++i) e[i] = i < 3 ? T(T((e[i] - mean) * share) + T(theta_new * (1.0 / 3))) : T(e[i] * share);
   }
   /// Closes a gap that has opened, as far as the point is pressed: no stress builds up before. Returns what is left of the gap.
   ///
@@ -49,43 +52,23 @@ struct Principal {
   /// kept: Klar et al. (2016) and Tampubolon et al. (2017) keep the same number for sand.
   T close(const T& gap) {
     const T closed = max(T(0.0), min(gap, T(-theta())));
-    for (T& one : e) one = one + closed * (1.0 / 3);
-    return T(gap - closed);
-  }
-  void set(const T& volume, const std::array<T, 3>& dev) {
-    for (std::size_t i = 0; i < 3; ++i) e[i] = dev[i] + T(volume * (1.0 / 3));
-  }
-};
-
-/// The same in any directions, for laws that only scale the deviator: e as xx yy zz xy, and yz xz in 3D.
-template <class T, std::size_t size>
-struct TensorStrain {
-  std::array<T, size> e;
-  T dissipated{0.0};
-
-  T theta() const { return T(e[0] + e[1] + e[2]); }
-  std::array<T, size> deviator() const {
-    const T mean = T(theta() * (1.0 / 3));
-    std::array<T, size> s = e;
-    for (std::size_t i = 0; i < 3; ++i) s[i] = T(e[i] - mean);
-    return s;
-  }
-  T shear() const { return T(sqrt(T(norm_squared(deviator()) + T(1e-30)))); }
-  static T norm_squared(const std::array<T, size>& a) {
-    T across = T(a[3] * a[3]);
-    for (std::size_t i = 4; i < size; ++i) across = T(across + a[i] * a[i]);
-    return T(a[0] * a[0] + a[1] * a[1] + a[2] * a[2] + 2.0 * across);
-  }
-  T close(const T& gap) {
-    const T closed = max(T(0.0), min(gap, T(-theta())));
     for (std::size_t i = 0; i < 3; ++i) e[i] = e[i] + closed * (1.0 / 3);
     return T(gap - closed);
   }
-  void set(const T& volume, const std::array<T, size>& dev) {
-    e = dev;
-    for (std::size_t i = 0; i < 3; ++i) e[i] = e[i] + T(volume * (1.0 / 3));
+
+  static T norm_squared(const std::array<T, size>& a) {
+    const T along = T(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
+    if constexpr (size == 3) {
+      return along;
+    } else {
+      T across = T(a[3] * a[3]);
+      for (std::size_t i = 4; i < size; ++i) across = T(across + a[i] * a[i]);
+      return T(along + 2.0 * across);
+    }
   }
 };
+template <class T>
+using Principal = Strain<T, 3>;
 
 template <class Law>
 struct FlowLaw : ElasticParameters {
@@ -113,7 +96,7 @@ struct FlowLaw : ElasticParameters {
       return isotropic(trial, [&](const Dual<3>* e) {
         Principal<Dual<3>> p{{e[0], e[1], e[2]}};
         law().flow(p, before, after, k.dt);
-        return stress(p.e);
+        return stress(p.e.data());
       });
     } else if constexpr (requires { requires Law::scales_deviator; }) {
       // Small elastic strains need no eigenvectors, which cost ten times as much. Each lane has the numbers of its own strain, whatever
@@ -124,7 +107,7 @@ struct FlowLaw : ElasticParameters {
         h_trial[4] = trial(1, 2);
         h_trial[5] = trial(0, 2);
       }
-      const T norm = TensorStrain<T, size>::norm_squared(h_trial);
+      const T norm = Strain<T, size>::norm_squared(h_trial);
       const auto is_large = norm > T(k_series_norm * k_series_norm);
       M tau = update_by_series<M>(h_trial, old_history, updated, k.dt, dissipated);
       if (any(is_large)) {
@@ -166,8 +149,7 @@ struct FlowLaw : ElasticParameters {
     const Spectrum<T, M::k_size == 5> spectrum(h);
     const Principal<T> p{{spectrum.half_log[0], spectrum.half_log[1], spectrum.half_log[2]}};
     const T theta = p.theta();
-    const std::array<T, 3> s = p.deviator();
-    return T(0.5 * bulk_modulus() * theta * theta + mu() * (s[0] * s[0] + s[1] * s[1] + s[2] * s[2]));
+    return T(0.5 * bulk_modulus() * theta * theta + mu() * p.shear_squared());
   }
   /// Elastic waves in a stretched material: exact along a uniaxial one, and never below those of what flows.
   Real wave_speed(Real J) const { return std::sqrt((lambda() + 2 * mu()) * (1 - std::min(std::log(J), Real{0})) / density); }
@@ -204,11 +186,11 @@ struct FlowLaw : ElasticParameters {
     for (int i = 0; i < 3; ++i) values[i] = expm1(T(2.0 * p.e[i]));
     pack(spectrum.compose(values), updated);
     dissipated = p.dissipated;
-    return spectrum.compose(stress(p.e).data());
+    return spectrum.compose(stress(p.e.data()).data());
   }
   template <class M, class H, class T, std::size_t size>
   M update_by_series(const std::array<T, size>& h_trial, const H& old_history, H& updated, Real dt, T& dissipated) const {
-    TensorStrain<T, size> p{half_log1p_of_small(h_trial)};
+    Strain<T, size> p{half_log1p_of_small(h_trial)};
     law().flow(p, old_history.internal, updated.internal, dt);
     std::array<T, size> twice;
     for (std::size_t i = 0; i < size; ++i) twice[i] = T(2.0 * p.e[i]);
@@ -231,6 +213,19 @@ struct FlowLaw : ElasticParameters {
     const T pressure = T(lambda() * (e[0] + e[1] + e[2]));
     return {T(pressure + 2 * mu() * e[0]), T(pressure + 2 * mu() * e[1]), T(pressure + 2 * mu() * e[2])};
   }
+};
+
+/// What all laws share that flow without limit and may part: they remember the plastic shear strain, and the gap in volume that has opened.
+template <class Law>
+struct PartingLaw : FlowLaw<Law> {
+  static constexpr bool flows_freely = true;
+
+  template <class T>
+  struct Internal {
+    T plastic_strain;
+    T gap;
+  };
+  static constexpr std::array<InternalVariable, 2> internal_variables = {{{"plastic_strain", "1"}, {"gap", "1"}}};
 };
 
 }  // namespace matpoint

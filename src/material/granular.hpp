@@ -9,14 +9,14 @@ namespace matpoint {
 
 /// Cohesion, friction and dilatancy. Stresses of Kirchhoff's tau.
 template <class Law>
-struct GranularLaw : FlowLaw<Law> {
+struct GranularLaw : PartingLaw<Law> {
   Real cohesion = 0;                   ///< c [Pa]
   Real friction_angle = 0;             ///< phi [deg]
   Real dilatancy_angle = 0;            ///< psi [deg]
   std::optional<Real> tension_cutoff;  ///< Greatest mean stress [Pa]; without it that of the cone's apex.
 
   static void declare_strength(ParameterTable<Law>& table) {
-    FlowLaw<Law>::declare_elastic(table);
+    PartingLaw<Law>::declare_elastic(table);
     table.required("cohesion", "Pa", static_cast<Real Law::*>(&Law::cohesion), non_negative(),
                    "Shear strength without pressure; 0 for dry sand.");
     table.required("friction_angle", "deg", static_cast<Real Law::*>(&Law::friction_angle),
@@ -34,16 +34,6 @@ struct GranularLaw : FlowLaw<Law> {
                              dilatancy_angle, friction_angle));
     }
   }
-
-  static constexpr bool flows_freely = true;
-
-  /// Beside e: the plastic shear strain, and the gap in volume of a point that has parted.
-  template <class T>
-  struct Internal {
-    T plastic_strain;
-    T gap;
-  };
-  static constexpr std::array<InternalVariable, 2> internal_variables = {{{"plastic_strain", "1"}, {"gap", "1"}}};
 
  protected:
   static Real radians(Real degrees) { return degrees * (3.14159265358979323846 / 180); }

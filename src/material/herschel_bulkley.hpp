@@ -7,7 +7,7 @@ namespace matpoint {
 /// Muds, pastes, fresh concrete: sqrt(J2) = tau_y + k g^n where it flows, g the shear rate; elastic below, so that it comes to rest. n = 1
 /// is Bingham's fluid. Implicit in the law: no viscous limit of dt. In steady shear tau_12 = (tau_y + k g^n)/cosh((tau_y + k g^n)/G).
 /// Sources: Herschel & Bulkley (1926); Bingham (1922); Saramito (2007) for the elastic part.
-struct HerschelBulkley : FlowLaw<HerschelBulkley> {
+struct HerschelBulkley : PartingLaw<HerschelBulkley> {
   static constexpr auto name = "herschel_bulkley";
   static constexpr auto summary = "Yield-stress fluid, elastic below its yield stress (Herschel & Bulkley 1926); exponent 1 is Bingham's.";
 
@@ -28,15 +28,6 @@ struct HerschelBulkley : FlowLaw<HerschelBulkley> {
                    "Greatest tension, as a mean stress, at which it parts; default: it never does.");
   }
 
-  static constexpr bool flows_freely = true;
-
-  template <class T>
-  struct Internal {
-    T plastic_strain;
-    T gap;
-  };
-  static constexpr std::array<InternalVariable, 2> internal_variables = {{{"plastic_strain", "1"}, {"gap", "1"}}};
-
   static constexpr bool scales_deviator = true;
 
   template <class State, class T>
@@ -53,10 +44,7 @@ struct HerschelBulkley : FlowLaw<HerschelBulkley> {
     T x = T(0.0);
     if (dt > 0) x = exponent == 1 ? T(excess * (dt / (G * dt + consistency))) : T(shear_rate(excess, dt) * dt);
     const T new_r = T(r - G * x);
-    auto dev = p.deviator();
-    const T scale = T(new_r / r);
-    for (T& one : dev) one = one * scale;
-    p.set(new_theta, dev);
+    p.set(new_theta, T(new_r / r));
     updated.plastic_strain = old.plastic_strain + x * (1 / std::sqrt(3.0));
     updated.gap = gap;
     p.dissipated = T(new_r * x + (theta - new_theta) * (K * new_theta));

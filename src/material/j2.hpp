@@ -76,10 +76,7 @@ struct J2 : FlowLaw<J2> {
     }
     const T q_new = T(q_or_yield - G3 * x);
     const T scale = T(T(1.0) - G3 * x / q_or_yield);
-    auto dev = p.deviator();
-    const T theta = p.theta();
-    for (T& one : dev) one = one * scale;
-    p.set(theta, dev);
+    p.set(p.theta(), scale);
     updated.plastic_strain = a + x;
     p.dissipated = q_new * x;
   }

@@ -7,7 +7,7 @@ namespace matpoint {
 /// Dry grains that flow: sqrt(J2) = mu(I) p, mu = mu_s + (mu_2 - mu_s)/(1 + I0/I), I = g d sqrt(rho_s/p) with the shear rate g, at constant
 /// volume; elastic below mu_s p; without pressure it has no stress and parts. The step is implicit and closed: no viscous limit of dt.
 /// Sources: Jop, Forterre & Pouliquen (2006); Dunatunga & Kamrin (2015).
-struct MuI : FlowLaw<MuI> {
+struct MuI : PartingLaw<MuI> {
   static constexpr auto name = "mu_i";
   static constexpr auto summary = "Dry granular flow with the mu(I) rheology (Jop, Forterre & Pouliquen 2006; Dunatunga & Kamrin 2015).";
 
@@ -32,15 +32,6 @@ struct MuI : FlowLaw<MuI> {
                  fmt::format("grain_density = {} is below density = {}, which counts the voids, too", grain_density, density));
   }
 
-  static constexpr bool flows_freely = true;
-
-  template <class T>
-  struct Internal {
-    T plastic_strain;
-    T gap;
-  };
-  static constexpr std::array<InternalVariable, 2> internal_variables = {{{"plastic_strain", "1"}, {"gap", "1"}}};
-
   static constexpr bool scales_deviator = true;
 
   template <class State, class T>
@@ -58,10 +49,7 @@ struct MuI : FlowLaw<MuI> {
     const T flowing = T(2.0 * H / (B + T(sqrt(T(max(T(1e-30 * G * G), T(B * B - 4.0 * H)))))));
     const T new_r = select(r > slow, T(min(flowing, r)), r);
     const T new_theta = T(min(theta, none));
-    auto dev = p.deviator();
-    const T scale = T(new_r / r);
-    for (T& one : dev) one = one * scale;
-    p.set(new_theta, dev);
+    p.set(new_theta, T(new_r / r));
     updated.plastic_strain = old.plastic_strain + (r - new_r) * (1 / (std::sqrt(3.0) * G));
     updated.gap = gap + (theta - new_theta);
     p.dissipated = T(new_r * (r - new_r) * (1 / G));

@@ -12,10 +12,6 @@ namespace {
 
 constexpr Material::Matrix k_identity{1, 0, 0, 0, 1, 0, 0, 0, 1};
 
-Real determinant_of(const Material::Matrix& F) {
-  return F[0] * (F[4] * F[8] - F[5] * F[7]) - F[1] * (F[3] * F[8] - F[5] * F[6]) + F[2] * (F[3] * F[7] - F[4] * F[6]);
-}
-
 Mat3<Real> to_mat3(const Material::Matrix& a) {
   Mat3<Real> result;
   std::copy(a.begin(), a.end(), result.entries);
@@ -61,7 +57,7 @@ MaterialPoint::MaterialPoint(std::shared_ptr<const Material> material)
 }
 
 MaterialPoint::Step MaterialPoint::step_to(const Material::Matrix& F, Real dt) const {
-  const Real J = determinant_of(F);
+  const Real J = determinant(to_mat3(F));
   if (!(J > 0)) throw SolverError("det F = {:.6g} of the point is not positive", J);
   const Mat3<Real> now = to_mat3(F_);
   // A = F F_n^-1
@@ -233,7 +229,8 @@ class Test {
     const Material::Matrix& F = point_.F();
     std::vector<Real> row = {time_, strain};
     row.insert(row.end(), s.begin(), s.end());
-    for (const Real value : {-mean, std::sqrt(shear), F[0], F[1], F[4], F[8], determinant_of(F), point_.energy(), point_.dissipated()})
+    for (const Real value :
+         {-mean, std::sqrt(shear), F[0], F[1], F[4], F[8], determinant(to_mat3(F)), point_.energy(), point_.dissipated()})
       row.push_back(value);
     const std::size_t count = point_.material().internal_variables().size();
     row.insert(row.end(), point_.history().end() - static_cast<std::ptrdiff_t>(count), point_.history().end());

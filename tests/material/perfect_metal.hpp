@@ -29,10 +29,7 @@ struct PerfectMetal : FlowLaw<PerfectMetal> {
     const T q = T(p.shear() * (std::sqrt(6.0) * mu()));  // von Mises' stress if nothing flowed
     const T q_new = min(q, T(yield_stress));
     const T strain = T((q - q_new) * (1 / (3 * mu())));
-    const T theta = p.theta();
-    auto dev = p.deviator();
-    for (T& one : dev) one = T(one * (q_new / q));
-    p.set(theta, dev);
+    p.set(p.theta(), T(q_new / q));
     updated.plastic_strain = old.plastic_strain + strain;
     p.dissipated = q_new * strain;
   }

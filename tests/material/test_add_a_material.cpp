@@ -20,7 +20,8 @@ std::string read_source(const std::string& path) {
 
 TEST(AddAMaterial, page_prints_the_laws_that_the_tests_compile) {
   const std::string page = read_source("docs/add_a_material.md");
-  for (const char* header : {"tests/material/mooney_rivlin.hpp", "tests/material/damaged_neo_hookean.hpp", "tests/material/perfect_metal.hpp"}) {
+  for (const char* header :
+       {"tests/material/mooney_rivlin.hpp", "tests/material/damaged_neo_hookean.hpp", "tests/material/perfect_metal.hpp"}) {
     const std::string law = read_source(header);
     EXPECT_GT(law.size(), 500u);
     EXPECT_NE(page.find("```cpp\n" + law + "```\n"), std::string::npos) << header << " and the page differ";

@@ -181,21 +181,6 @@ TEST(Points, tests_of_a_laboratory_have_their_closed_forms) {
   PointTestSpec spec;
   spec.path = "uniaxal_strain";
   EXPECT_NE(complaint_of([&] { run_point_test(material, spec); }).find("did you mean \"uniaxial_strain\"?"), std::string::npos);
-  // Dry sand that is pulled holds no pressure.
-  with_law("mui", [](const auto& law) {
-    auto sand = std::make_shared<LawMaterial<std::remove_cvref_t<decltype(law)>>>();
-    sand->law = law;
-    PointTestSpec held;
-    held.path = "triaxial";
-    held.strain = 1;
-    held.confining = 5e4;
-    held.steps = 2;
-    try {
-      run_point_test(sand, held);
-    } catch (const SolverError& error) {
-      EXPECT_TRUE(std::string(error.what()).starts_with("triaxial at a strain of "));
-    }
-  });
 }
 
 TEST(Points, hencky_is_the_same_solid_without_a_history) {

@@ -35,6 +35,9 @@ def test_what_is_wrong_is_said():
         mp.point_test(soil, "traxial")
     with pytest.raises(mp.InputError, match="confining = -1 is not allowed, it must be >= 0"):
         mp.point_test(soil, "triaxial", confining=-1.0)
+    soft = mp.FunctionLaw(lambda F, L, dt, history: (np.zeros_like(F), history), density=1000, wave_speed=20)
+    with pytest.raises(mp.SolverError, match="no stretch holds the stress: 500 Pa are left"):
+        mp.point_test(soft, "triaxial", confining=1e4)
     with pytest.raises(mp.InputError, match="dilatancy_angle = 40 is above friction_angle = 30"):
         mp.point_test(mp.MohrCoulomb(**SOIL, dilatancy_angle=40.0), "triaxial")
 
