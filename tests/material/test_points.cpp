@@ -321,6 +321,40 @@ TEST(Points, single_precision_keeps_four_digits) {
   EXPECT_GT(count, 150);
 }
 
+TEST(Points, single_precision_keeps_edges) {
+  // At constant volume along an axis: two stretches are equal all the way, so that Mohr and Coulomb's law is on an edge, where rounding
+  // decides which stress is the greater one.
+  using P = Pack<float>;
+  for (const std::string& set : all_sets()) {
+    for (const Real sign : {-1, 1}) {
+      SCOPED_TRACE(set + (sign < 0 ? ", compressed" : ", stretched"));
+      with_law(set, [&](const auto& law) {
+        using Law = std::remove_cvref_t<decltype(law)>;
+        PointOnPath<Law> point(law);
+        if (start_pressure(set) > 0) point.press(start_pressure(set));
+        typename Law::template History<P, false> history{}, updated{};
+        for (int d = 0; d < 3; ++d) history.h[d] = P(point.history.h[d]);
+        const Real step = sign * 0.005;
+        Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
+        for (int n = 1; n <= 40; ++n) {
+          const Eigen::Matrix3d f = Eigen::Vector3d(std::exp(step), std::exp(-step / 2), std::exp(-step / 2)).asDiagonal().toDenseMatrix();
+          F = f * F;
+          point.step(F, 0.025);
+          Kinematics<Mat3<P>> k{Mat3<P>::identity(), Mat3<P>::zero(), 0.025, Mat3<P>::zero()};
+          for (int d = 0; d < 3; ++d) k.g(d, d) = P(f(d, d) - 1);
+          P lost(0);
+          const Mat3<P> tau = law.update(k, history, updated, lost);
+          history = updated;
+          for (int d = 0; d < 3; ++d) {
+            // A pressure that is kept for 40 steps gathers 40 roundings of the strain.
+            ASSERT_NEAR(tau(d, d).v[0], point.tau(d, d), 1e-4 * to_eigen(point.tau).norm() + 40 * 6e-8 * law.youngs_modulus) << n;
+          }
+        }
+      });
+    }
+  }
+}
+
 TEST(Points, packs_give_the_numbers_of_scalars) {
   using P = Pack<double>;
   for (const std::string& set : all_sets()) {
