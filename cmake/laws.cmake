@@ -1,5 +1,5 @@
 # Sources that are the same for every constitutive law: its kernels for each instruction set, and its tangents. The laws are the headers that
-# src/material/laws.hpp includes; the class of mooney_rivlin.hpp is MooneyRivlin.
+# src/material/laws.hpp includes; the class of neo_hookean.hpp is NeoHookean.
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS src/material/laws.hpp)
 file(STRINGS src/material/laws.hpp lines REGEX "#include \"material/")
 set(MATPOINT_LAWS "")

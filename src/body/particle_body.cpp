@@ -346,11 +346,13 @@ void ParticleBody<Dim, R>::collect(Sweep what, const std::vector<BandReport>& re
   dissipated_ = 0;
   bad_point_ = {};
   J_min_ = J_max_ = 1;
+  wave_modulus_ = 0;
   for (const BandReport& report : reports) {
     dissipated_ += report.context.dissipated;
     if (bad_point_.id < 0) bad_point_ = report.bad;
     for (const R J : report.context.J_min) J_min_ = std::min(J_min_, static_cast<Real>(J));
     for (const R J : report.context.J_max) J_max_ = std::max(J_max_, static_cast<Real>(J));
+    for (const R modulus : report.context.wave_modulus) wave_modulus_ = std::max(wave_modulus_, static_cast<Real>(modulus));
   }
 }
 
@@ -473,7 +475,7 @@ Real ParticleBody<Dim, R>::stable_dt() const {
   for (const Real J : {J_min_, Real{1}, J_max_}) {
     // Waves cross the reference configuration faster where it is compressed, at most by 1 / J.
     const Real shortening = blocks_->layout().u >= 0 ? std::min(J, Real{1}) : Real{1};
-    const Real wave_speed = material_->wave_speed(J) / shortening;
+    const Real wave_speed = std::max(material_->wave_speed(J), std::sqrt(wave_modulus_ / material_->density())) / shortening;
     const Real viscosity = material_->kinematic_viscosity(J);
     for (int d = 0; d < Dim; ++d) {
       const Real h = grid_.cell_size(d);

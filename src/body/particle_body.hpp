@@ -41,8 +41,8 @@ class ParticleBody final : public Body<Dim> {
   bool is_co_rotating() const override { return scheme_.is_co_rotating; }
   void set_held(bool is_held) override { spin_.is_held = is_held; }
   std::vector<MovingPoint<Dim>> particles_in(const Extent<Dim>& box, const std::vector<Index>* candidates) const override;
-  Real viscous_dissipation() const override { return material_->flows() ? 0 : dissipated_; }
-  Real plastic_dissipation() const override { return material_->flows() ? dissipated_ : 0; }
+  Real viscous_dissipation() const override { return material_->is_plastic() ? 0 : dissipated_; }
+  Real plastic_dissipation() const override { return material_->is_plastic() ? dissipated_ : 0; }
   BadPoint bad_point() const override { return bad_point_; }
   void append_escapes(std::size_t body, std::vector<Escape>& escapes) const override;
   void remove_escaped(const Vec3& gravity, Ledger& ledger) override;
@@ -240,6 +240,7 @@ class ParticleBody final : public Body<Dim> {
   Real speed_max_[Dim] = {};
   Real J_min_ = 1;
   Real J_max_ = 1;
+  Real wave_modulus_ = 0;  ///< The greatest rho0 c^2 [Pa], of a law that knows it.
 };
 
 template <int Dim, class R>

@@ -46,7 +46,7 @@ Real ParticleBody<Dim, R>::J(const Particle& p) const {
 template <int Dim, class R>
 PointHistory ParticleBody<Dim, R>::history(const Particle& p) const {
   const SlotLayout<Dim>& at = blocks_->layout();
-  return {material_->flows() ? at.history_count : 0, [&](int h) { return p.field(at.history + h); }};
+  return {material_->has_state() ? at.history_count : 0, [&](int h) { return p.field(at.history + h); }};
 }
 
 template <int Dim, class R>
@@ -92,6 +92,7 @@ void ParticleBody<Dim, R>::for_each_with_stress(const Band& band, F&& f) const {
   chunk.tau = &tau[0][0][0];
   chunk.J_min = context.J_min;
   chunk.J_max = context.J_max;
+  chunk.wave_modulus = context.wave_modulus;
   blocks_->for_each_block(band, [&](const Block<Dim, R>& block) {
     for (int first = 0; first < block.slot_count; first += k_chunk_slots) {
       const int slot_count = std::min(k_chunk_slots, block.slot_count - first);
@@ -296,7 +297,7 @@ void ParticleBody<Dim, R>::set_deformation_gradient(const std::vector<Real>& val
     }
     for (int s = 0; at.tau >= 0 && s < k_stress_size<Dim>; ++s)
       fields[(at.tau + s) * stride] = static_cast<R>(tau[6 * row + static_cast<std::size_t>(s)]);
-    if (!material_->flows()) return;
+    if (!material_->has_state()) return;
     Material::Matrix matrix;
     std::copy_n(F, 9, matrix.begin());
     std::vector<Real> remembered(static_cast<std::size_t>(at.history_count));
@@ -387,11 +388,14 @@ template <int Dim, class R>
 void ParticleBody<Dim, R>::measure_extremes() {
   std::fill_n(speed_max_, Dim, Real{0});
   J_min_ = J_max_ = 1;
+  wave_modulus_ = 0;
   for_each_particle([&](const Particle& p) {
     const Vec3 v = velocity(p);
     for (int d = 0; d < Dim; ++d) speed_max_[d] = std::max(speed_max_[d], std::abs(v[static_cast<std::size_t>(d)]));
     J_min_ = std::min(J_min_, J(p));
     J_max_ = std::max(J_max_, J(p));
+    if (material_->has_wave_modulus())
+      wave_modulus_ = std::max(wave_modulus_, material_->wave_modulus(deformation_gradient(p), history(p)));
   });
 }
 

@@ -40,6 +40,7 @@ void ParticleBody<Dim, R>::declare_state(State& state) {
   state.add("greatest_velocity", speed_max_);
   state.add("J_min", J_min_);
   state.add("J_max", J_max_);
+  state.add("wave_modulus", wave_modulus_);
 }
 
 template void ParticleBody<2, double>::clear();

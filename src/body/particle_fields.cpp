@@ -53,8 +53,10 @@ WantedFields prepare_fields(const std::string& body, const Material& material, i
     const auto variable =
         std::find_if(remembered.begin(), remembered.end(), [&](const InternalVariable& one) { return one.name == names[i]; });
     wanted.history_places.push_back(-1);
+    wanted.at_rest.push_back(0);
     if (variable != remembered.end()) {
       wanted.history_places.back() = material.history_size(dim) - static_cast<int>(remembered.end() - variable);
+      wanted.at_rest.back() = variable->at_rest;
       wanted.kinds.push_back(ParticleField::J);  // which stands for it
       fields[i].name = variable->name;
       fields[i].unit = variable->unit;

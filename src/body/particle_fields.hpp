@@ -76,6 +76,7 @@ void check_assigned_field(const std::string& body, const std::string& name, Inde
 struct WantedFields {
   std::vector<ParticleField> kinds;
   bool needs_stress = false;
+  std::vector<Real> at_rest;        ///< Of what the law remembers, what its outputs count from.
   std::vector<int> history_places;  ///< Of what the law remembers, its place in the history; -1: a field of `kinds`.
 };
 
@@ -96,7 +97,7 @@ void gather_fields(const Of& of, const WantedFields& wanted, Real density, std::
     const std::array<Real, 6> sigma = wanted.needs_stress ? of.cauchy_stress(p) : std::array<Real, 6>{};
     for (std::size_t i = 0; i < wanted.kinds.size(); ++i) {
       if (wanted.history_places[i] >= 0) {
-        fields[i].values[row] = of.history(p)[static_cast<std::size_t>(wanted.history_places[i])];
+        fields[i].values[row] = wanted.at_rest[i] + of.history(p)[static_cast<std::size_t>(wanted.history_places[i])];
         continue;
       }
       const int components = fields[i].components;

@@ -100,7 +100,7 @@ Material::Matrix PointBody<Dim>::row_deformation_gradient(std::size_t p) const {
 
 template <int Dim>
 PointHistory PointBody<Dim>::row_history(std::size_t p) const {
-  const int count = material_->flows() ? material_->history_size(Dim) : 0;
+  const int count = material_->has_state() ? material_->history_size(Dim) : 0;
   return {count, [&](int h) { return history[p * static_cast<std::size_t>(count) + static_cast<std::size_t>(h)]; }};
 }
 

@@ -98,7 +98,7 @@ void ImplicitSolver<Dim>::commit_law(Real dt, const std::vector<Real>& A) {
     point.dissipated = &dissipation;
     assembly_.law(source)(body.material().law_data(), point);
     std::copy(new_history.begin(), new_history.end(), body.history.begin() + static_cast<std::ptrdiff_t>(p * history_size));
-    (body.material().flows() ? ledger_.plastic_dissipation : ledger_.viscous_dissipation) += dissipation * body.volume0[p];
+    (body.material().is_plastic() ? ledger_.plastic_dissipation : ledger_.viscous_dissipation) += dissipation * body.volume0[p];
   });
 }
 

@@ -103,7 +103,8 @@ struct LawChunk {
   R* tau = nullptr;      ///< Out: Kirchhoff stress [Pa], [slot][k_stress_size][lane].
   R* J_min = nullptr;    ///< In and out, per lane.
   R* J_max = nullptr;
-  Real dissipated = 0;  ///< Out: viscous dissipation [J].
+  R* wave_modulus = nullptr;  ///< The greatest rho0 c^2 [Pa], of a law that knows it.
+  Real dissipated = 0;        ///< Out: dissipation [J].
   int bad_slot = -1;    ///< Out: first slot with a particle whose det F is not positive and finite,
   int bad_lane = -1;    ///< and its lane.
 };
@@ -163,6 +164,7 @@ struct SweepContext {
   alignas(64) R speed_max[Dim][k_lanes<R>] = {};
   alignas(64) R J_min[k_lanes<R>];
   alignas(64) R J_max[k_lanes<R>];
+  alignas(64) R wave_modulus[k_lanes<R>] = {};
   Real dissipated = 0;
 };
 

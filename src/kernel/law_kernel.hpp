@@ -8,7 +8,7 @@
 namespace matpoint {
 namespace {
 
-/// The law's stress, what it dissipates (a rate [W/m^3]; of a law that flows, of the step [J/m^3]), and its history in and out: on all
+/// The law's stress, what it dissipates (a rate [W/m^3]; of a law with a state, of the step [J/m^3]), and its history in and out: on all
 /// lanes of a pack at once, or, for a law that branches, one lane after the other.
 template <class Law, class R, bool is_plane, class History>
 MPM_INLINE Mat3<Pack<R>, is_plane> evaluate(const Law& law, const Kinematics<Mat3<Pack<R>, is_plane>>& k, const History& old_history,
@@ -25,7 +25,7 @@ MPM_INLINE Mat3<Pack<R>, is_plane> evaluate(const Law& law, const Kinematics<Mat
     for (int i = 0; i < Pack<R>::k_width; ++i) {
       Kinematics<M> one{M::identity(), M::zero(), k.dt, M::zero()};
       for (int e = 0; e < M::k_size; ++e) {
-        if constexpr (k_flows<Law>) one.g.entries[e] = static_cast<Real>(k.g.entries[e].v[i]);
+        if constexpr (k_has_state<Law>) one.g.entries[e] = static_cast<Real>(k.g.entries[e].v[i]);
         one.F.entries[e] = static_cast<Real>(k.F.entries[e].v[i]);
         one.L.entries[e] = static_cast<Real>(k.L.entries[e].v[i]);
       }
@@ -88,6 +88,7 @@ __attribute__((flatten)) void update_law(const void* law_pointer, LawChunk<Dim, 
     const P counts = P::load(chunk.counts + lane);
     P J_min = P::load(chunk.J_min + lane);
     P J_max = P::load(chunk.J_max + lane);
+    P wave_modulus = k_has_wave_modulus<Law> ? P::load(chunk.wave_modulus + lane) : zero;
     P dissipated_sum = zero;
     Mask<R> are_good = zero <= zero;
     const int slot_count = chunk.slots_in_use[lane / P::k_width];
@@ -101,7 +102,7 @@ __attribute__((flatten)) void update_law(const void* law_pointer, LawChunk<Dim, 
         for (int c = 0; c < Dim; ++c) {
           kinematics.F(r, c) = P::load(slot + (at.F + r * Dim + c) * L);
           if (L_grad != nullptr) kinematics.L(r, c) = P::load(L_grad + (k * Dim * Dim + r * Dim + c) * L + lane);
-          if (k_flows<Law>) kinematics.g(r, c) = dt * kinematics.L(r, c);
+          if (k_has_state<Law>) kinematics.g(r, c) = dt * kinematics.L(r, c);
         }
       }
       if (k_is_fluid<Law> && at.u < 0) {
@@ -145,12 +146,17 @@ __attribute__((flatten)) void update_law(const void* law_pointer, LawChunk<Dim, 
       }
       P lost = zero;
       M tau;
-      if (k_flows<Law> && L_grad == nullptr) {
-        if constexpr (k_flows<Law>) tau = law.template stress_of<M>(old_history);
+      if (k_has_state<Law> && L_grad == nullptr) {
+        if constexpr (k_has_state<Law>) {
+          tau = law.stress_of(kinematics.F, old_history);
+          new_history = old_history;
+        }
       } else {
         tau = evaluate(law, kinematics, old_history, new_history, lost);
       }
-      if (history_count > 0 && !(k_flows<Law> && L_grad == nullptr)) {
+      if constexpr (k_has_wave_modulus<Law>)
+        wave_modulus = max(wave_modulus, select(live, law.wave_modulus(kinematics.F, new_history), zero));
+      if (history_count > 0 && !(k_has_state<Law> && L_grad == nullptr)) {
         for (int h = 0; h < history_count; ++h) reinterpret_cast<P*>(&new_history)[h].store(slot + (at.history + h) * L);
       }
       R* const out = chunk.tau + k * k_stress_size<Dim> * L + lane;
@@ -163,18 +169,19 @@ __attribute__((flatten)) void update_law(const void* law_pointer, LawChunk<Dim, 
       if (at.tau >= 0) {
         for (int s = 0; s < k_stress_size<Dim>; ++s) P::load(out + s * L).store(slot + (at.tau + s) * L);
       }
-      if constexpr (k_has_dissipation<Law> || k_flows<Law>) {
+      if constexpr (k_has_dissipation<Law> || k_has_state<Law>) {
         const P volume = at.volume >= 0 ? P::load(slot + at.volume * L) : P(static_cast<double>(chunk.uniform_volume));
         dissipated_sum += select(live, lost * volume, zero);
       }
     }
     J_min.store(chunk.J_min + lane);
     J_max.store(chunk.J_max + lane);
+    if (k_has_wave_modulus<Law>) wave_modulus.store(chunk.wave_modulus + lane);
     if (!all_of(zero <= zero, are_good)) [[unlikely]]
       find_bad_slot(chunk, lane);
     for (int i = 0; i < P::k_width; ++i) dissipated += static_cast<Real>(dissipated_sum.v[i]);
   }
-  chunk.dissipated = k_flows<Law> ? dissipated : dissipated * chunk.dt;
+  chunk.dissipated = k_has_state<Law> ? dissipated : dissipated * chunk.dt;
 }
 
 }  // namespace

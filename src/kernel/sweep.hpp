@@ -133,6 +133,7 @@ MPM_INLINE void update_stress(SweepContext<Dim, R>& context, SweepChunk<Dim, R>&
   law.tau = &buffers.tau[0][0][0];
   law.J_min = context.J_min;
   law.J_max = context.J_max;
+  law.wave_modulus = context.wave_modulus;
   context.law_kernel(context.law, law);
   context.dissipated += law.dissipated;
   chunk.bad_slot = law.bad_slot;

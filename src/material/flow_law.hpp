@@ -4,7 +4,15 @@
 // spin has to be chosen, and no energy comes from closed paths.
 // Sources: Weber & Anand (1990); Simo (1992); Cuitino & Ortiz (1992).
 //
-// Elasticity is Hencky's: tau_i = K theta + 2 G dev e_i, W = K theta^2/2 + G |dev e|^2, theta the sum of the e_i.
+// Elasticity is Hencky's: tau_i = K theta + 2 G dev e_i, W = K theta^2/2 + G |dev e|^2, theta the sum of the e_i. A law that has another
+// one gives, instead of K theta and its energy,
+//
+//   template <class T> T mean_stress(const T& theta) const;          template <class T> T volume_energy(const T& theta) const;
+//
+// or the whole of it, which may depend on what it remembers, with e a pointer to the three strains:
+//
+//   template <class T, class I> std::array<T, 3> principal_stress(const T* e, const I& now) const;
+//   template <class T, class I> T principal_energy(const T* e, const I& now) const;
 //
 //   struct J2 : FlowLaw<J2> {
 //     ...                                                                   // name, summary, parameters as of any law
@@ -15,7 +23,8 @@
 //
 // `flow` finds p.e = e* (a Strain) and leaves the elastic e, without a branch on values of type T. With dt = 0 nothing that takes time
 // happens. A law that only scales the deviator, by p.theta(), p.shear() and p.set(), says `static constexpr bool scales_deviator = true;`:
-// then it is given a whole tensor where strains are small, and runs three times as fast in 3D.
+// then it is given a whole tensor where strains are small, and runs three times as fast in 3D. One that reads p.rate says
+// `static constexpr bool needs_rate = true;`.
 #pragma once
 
 #include <array>
@@ -31,6 +40,7 @@ template <class T, std::size_t size>
 struct Strain {
   std::array<T, size> e;  ///< In: as the step would leave it without flow; out: elastic logarithmic strain [1].
   T dissipated{0.0};      ///< Out: in this step [J/m^3].
+  T rate{0.0};            ///< In: sqrt(2/3 d':d') [1/s], d' the deviator of the rate of deformation of the step.
 
   T theta() const { return T(e[0] + e[1] + e[2]); }
   /// |dev e|, never 0, where its derivative would be infinite.
@@ -70,15 +80,17 @@ struct Strain {
 template <class T>
 using Principal = Strain<T, 3>;
 
-template <class Law>
-struct FlowLaw : ElasticParameters {
+template <class Law, class Parameters = ElasticParameters>
+struct FlowLaw : Parameters {
+  static constexpr bool has_state = true;
+
   template <class T, bool is_plane>
   struct History {
     T h[is_plane ? 4 : 6];  ///< b - I: xx yy zz xy (yz xz).
     typename Law::template Internal<T> internal;
   };
 
-  Real bulk_modulus() const { return lambda() + mu() * (2.0 / 3); }  ///< K [Pa]
+  Real bulk_modulus() const { return this->lambda() + this->mu() * (2.0 / 3); }  ///< K [Pa]
 
   /// Kirchhoff stress after a step.
   template <class M, class H, class T = typename M::Scalar>
@@ -88,16 +100,20 @@ struct FlowLaw : ElasticParameters {
     const M moved = k.g + k.g * h;
     const M trial = h + moved + transpose(moved) + moved * transpose(k.g);
     if constexpr (k_has_derivatives<T>) {
-      using Inner = typename Law::template Internal<Dual<3>>;
+      using D = Dual<k_needs_rate ? 4 : 3>;
+      using Inner = typename Law::template Internal<D>;
       constexpr int count = sizeof(typename Law::template Internal<Real>) / sizeof(Real);
       Inner before{}, after{};
-      for (int i = 0; i < count; ++i)
-        reinterpret_cast<Dual<3>*>(&before)[i] = Dual<3>(reinterpret_cast<const T*>(&old_history.internal)[i].value());
-      return isotropic(trial, [&](const Dual<3>* e) {
-        Principal<Dual<3>> p{{e[0], e[1], e[2]}};
+      for (int i = 0; i < count; ++i) reinterpret_cast<D*>(&before)[i] = D(reinterpret_cast<const T*>(&old_history.internal)[i].value());
+      const auto flowed = [&](const D* e, const D& rate) {
+        Principal<D> p{{e[0], e[1], e[2]}, D(0.0), rate};
         law().flow(p, before, after, k.dt);
-        return stress(p.e.data());
-      });
+        return stress(p.e.data(), after);
+      };
+      if constexpr (k_needs_rate)
+        return isotropic(trial, flowed, rate_of(k));
+      else
+        return isotropic(trial, [&](const D* e) { return flowed(e, D(0.0)); });
     } else if constexpr (requires { requires Law::scales_deviator; }) {
       // Small elastic strains need no eigenvectors, which cost ten times as much. Each lane has the numbers of its own strain, whatever
       // the others have.
@@ -109,11 +125,11 @@ struct FlowLaw : ElasticParameters {
       }
       const T norm = Strain<T, size>::norm_squared(h_trial);
       const auto is_large = norm > T(k_series_norm * k_series_norm);
-      M tau = update_by_series<M>(h_trial, old_history, updated, k.dt, dissipated);
+      M tau = update_by_series<M>(h_trial, k, old_history, updated, dissipated);
       if (any(is_large)) {
         H other = updated;
         T other_dissipated(0.0);
-        const M other_tau = update_by_spectrum<M>(trial, old_history, other, k.dt, other_dissipated);
+        const M other_tau = update_by_spectrum<M>(trial, k, old_history, other, other_dissipated);
         for (int e = 0; e < M::k_size; ++e) tau.entries[e] = select(is_large, other_tau.entries[e], tau.entries[e]);
         constexpr int count = static_cast<int>(sizeof(H) / sizeof(T));
         for (int i = 0; i < count; ++i) {
@@ -124,35 +140,40 @@ struct FlowLaw : ElasticParameters {
       }
       return tau;
     } else {
-      return update_by_spectrum<M>(trial, old_history, updated, k.dt, dissipated);
+      return update_by_spectrum<M>(trial, k, old_history, updated, dissipated);
     }
   }
 
   /// Kirchhoff stress of a state.
   template <class M, class H>
-  M stress_of(const H& history) const {
-    return elastic_stress(unpacked<M>(history));
-  }
-  /// The same where h is given.
-  template <class M>
-  M elastic_stress(const M& h) const {
-    return isotropic(h, [this](const auto* e) { return stress(e); });
+  M stress_of(const M& /*F*/, const H& history) const {
+    return isotropic(unpacked<M>(history), [&](const auto* e) { return stress(e, history.internal); });
   }
   /// Stored energy of a state [J/m^3].
   template <class M, class H>
-  typename M::Scalar energy_of(const H& history) const {
-    return elastic_energy(unpacked<M>(history));
-  }
-  template <class M>
-  typename M::Scalar elastic_energy(const M& h) const {
+  typename M::Scalar energy_of(const M& /*F*/, const H& history) const {
     using T = typename M::Scalar;
-    const Spectrum<T, M::k_size == 5> spectrum(h);
-    const Principal<T> p{{spectrum.half_log[0], spectrum.half_log[1], spectrum.half_log[2]}};
-    const T theta = p.theta();
-    return T(0.5 * bulk_modulus() * theta * theta + mu() * p.shear_squared());
+    const Spectrum<T, M::k_size == 5> spectrum(unpacked<M>(history));
+    if constexpr (requires { law().principal_energy(spectrum.half_log, history.internal); }) {
+      return law().principal_energy(spectrum.half_log, history.internal);
+    } else {
+      const Principal<T> p{{spectrum.half_log[0], spectrum.half_log[1], spectrum.half_log[2]}};
+      const T theta = p.theta();
+      if constexpr (requires { law().volume_energy(theta); })
+        return T(law().volume_energy(theta) + this->mu() * p.shear_squared());
+      else
+        return T(0.5 * bulk_modulus() * theta * theta + this->mu() * p.shear_squared());
+    }
+  }
+  /// The elastic state of F, which a point that has not flowed is brought to.
+  template <class M, class H>
+  void deform(const M& F, H& history) const {
+    pack(left_cauchy_green_minus_identity(F), history);
   }
   /// Elastic waves in a stretched material: exact along a uniaxial one, and never below those of what flows.
-  Real wave_speed(Real J) const { return std::sqrt((lambda() + 2 * mu()) * (1 - std::min(std::log(J), Real{0})) / density); }
+  Real wave_speed(Real J) const {
+    return std::sqrt((this->lambda() + 2 * this->mu()) * (1 - std::min(std::log(J), Real{0})) / this->density);
+  }
 
   /// h as a matrix, and back.
   template <class M, class H>
@@ -177,41 +198,66 @@ struct FlowLaw : ElasticParameters {
   }
 
  private:
+  static constexpr bool k_needs_rate = requires { requires Law::needs_rate; };
+
+  /// sqrt(2/3 d':d') with the logarithm of the step's deformation, to second order, for d dt: a turn has none.
+  template <class M, class T = typename M::Scalar>
+  static T rate_of(const Kinematics<M>& k) {
+    if constexpr (k_needs_rate) {
+      const M d = deviator(k.g + transpose(k.g) + k.g * transpose(k.g));
+      return T(sqrt(T(contract(d, d) + T(1e-30))) * (k.dt > 0 ? 0.5 * std::sqrt(2.0 / 3) / k.dt : 0));
+    } else {
+      return T(0.0);
+    }
+  }
   template <class M, class H, class T = typename M::Scalar>
-  M update_by_spectrum(const M& trial, const H& old_history, H& updated, Real dt, T& dissipated) const {
+  M update_by_spectrum(const M& trial, const Kinematics<M>& k, const H& old_history, H& updated, T& dissipated) const {
     const Spectrum<T, M::k_size == 5> spectrum(trial);
-    Principal<T> p{{spectrum.half_log[0], spectrum.half_log[1], spectrum.half_log[2]}};
-    law().flow(p, old_history.internal, updated.internal, dt);
+    Principal<T> p{{spectrum.half_log[0], spectrum.half_log[1], spectrum.half_log[2]}, T(0.0), rate_of(k)};
+    law().flow(p, old_history.internal, updated.internal, k.dt);
     T values[3];
     for (int i = 0; i < 3; ++i) values[i] = expm1(T(2.0 * p.e[i]));
     pack(spectrum.compose(values), updated);
     dissipated = p.dissipated;
-    return spectrum.compose(stress(p.e.data()).data());
+    return spectrum.compose(stress(p.e.data(), updated.internal).data());
   }
   template <class M, class H, class T, std::size_t size>
-  M update_by_series(const std::array<T, size>& h_trial, const H& old_history, H& updated, Real dt, T& dissipated) const {
-    Strain<T, size> p{half_log1p_of_small(h_trial)};
-    law().flow(p, old_history.internal, updated.internal, dt);
+  M update_by_series(const std::array<T, size>& h_trial, const Kinematics<M>& k, const H& old_history, H& updated, T& dissipated) const {
+    Strain<T, size> p{half_log1p_of_small(h_trial), T(0.0), rate_of(k)};
+    law().flow(p, old_history.internal, updated.internal, k.dt);
     std::array<T, size> twice;
     for (std::size_t i = 0; i < size; ++i) twice[i] = T(2.0 * p.e[i]);
     const std::array<T, size> h = expm1_of_small(twice);
     for (std::size_t i = 0; i < size; ++i) updated.h[i] = h[i];
     dissipated = p.dissipated;
-    const T pressure = T(lambda() * p.theta());
+    const T pressure = shared_stress(p.theta());
     M tau;
-    for (int d = 0; d < 3; ++d) tau(d, d) = T(pressure + mu() * twice[static_cast<std::size_t>(d)]);
-    tau(0, 1) = tau(1, 0) = T(mu() * twice[3]);
+    for (int d = 0; d < 3; ++d) tau(d, d) = T(pressure + this->mu() * twice[static_cast<std::size_t>(d)]);
+    tau(0, 1) = tau(1, 0) = T(this->mu() * twice[3]);
     if constexpr (size == 6) {
-      tau(1, 2) = tau(2, 1) = T(mu() * twice[4]);
-      tau(0, 2) = tau(2, 0) = T(mu() * twice[5]);
+      tau(1, 2) = tau(2, 1) = T(this->mu() * twice[4]);
+      tau(0, 2) = tau(2, 0) = T(this->mu() * twice[5]);
     }
     return tau;
   }
   const Law& law() const { return static_cast<const Law&>(*this); }
+  /// What is added to 2 G e_i for each principal stress.
   template <class T>
-  std::array<T, 3> stress(const T* e) const {
-    const T pressure = T(lambda() * (e[0] + e[1] + e[2]));
-    return {T(pressure + 2 * mu() * e[0]), T(pressure + 2 * mu() * e[1]), T(pressure + 2 * mu() * e[2])};
+  T shared_stress(const T& theta) const {
+    if constexpr (requires { law().mean_stress(theta); })
+      return T(law().mean_stress(theta) - (2.0 / 3) * this->mu() * theta);
+    else
+      return T(this->lambda() * theta);
+  }
+  template <class T, class I>
+  std::array<T, 3> stress(const T* e, const I& now) const {
+    if constexpr (requires { law().principal_stress(e, now); }) {
+      return law().principal_stress(e, now);
+    } else {
+      const Real twice_G = 2 * this->mu();
+      const T pressure = shared_stress(T(e[0] + e[1] + e[2]));
+      return {T(pressure + twice_G * e[0]), T(pressure + twice_G * e[1]), T(pressure + twice_G * e[2])};
+    }
   }
 };
 

@@ -18,7 +18,21 @@
 //   template <class M> T dissipation_rate(const Kinematics<M>& k) const;              // [W/m^3 of reference volume], optional
 //   Real kinematic_viscosity(Real J) const;                                           // [m^2/s], optional
 //
-// A law that flows (metals, soils, grains) derives from FlowLaw and says how (flow_law.hpp).
+// A law whose stress and energy follow from F and its history, whatever the step was, says `static constexpr bool has_state = true;` and
+// gives these instead, with h a History<T, is_plane>, which in plane strain may be shorter:
+//
+//   template <class M, class H> M update(const Kinematics<M>& k, const H& old, H& updated, T& dissipated) const;   // tau after a step
+//   template <class M, class H> M stress_of(const M& F, const H& h) const;                                         // tau at rest
+//   template <class M, class H> T energy_of(const M& F, const H& h) const;                                         // [J/m^3]
+//   template <class M, class H> void deform(const M& F, H& h) const;                  // of a point at rest that is brought to F
+//   elastically static constexpr std::array<InternalVariable, n> internal_variables;              // the last n numbers of the history, for
+//   outputs
+//
+// One that flows (metals, soils, grains) derives from FlowLaw, which does that, and says how it flows (flow_law.hpp).
+//
+// A law whose waves become faster than `wave_speed(J)` tells, as it hardens, also gives their greatest modulus rho0 c^2:
+//
+//   template <class M, class H> T wave_modulus(const M& F, const H& h) const;         // [Pa]
 //
 // A law that is written with `select` instead of `if` runs on a whole SIMD pack of points at once. One that must branch says
 // `static constexpr bool is_scalar_only = true;`, runs point by point, and a run mentions it.
@@ -41,7 +55,7 @@ struct Kinematics {
   M F;      ///< Deformation gradient at the end of the step [1].
   M L;      ///< Velocity gradient [1/s].
   Real dt;  ///< [s]
-  M g{};    ///< Displacement gradient of the step [1]: F = (I + g) F_n. Laws that flow need it; the others are not given it.
+  M g{};    ///< Displacement gradient of the step [1]: F = (I + g) F_n. Only laws with a state are given it.
 
   /// Rate of deformation sym(L) [1/s].
   M d() const { return symmetric_part(L); }
@@ -50,10 +64,10 @@ struct Kinematics {
 template <class T>
 struct NoHistory {};
 
-/// Whether the law flows (flow_law.hpp): then its stress and energy follow from its history, and a step from the step's deformation.
+/// Whether the law's stress and energy follow from F and its history, and a step from the step's deformation.
 template <class Law>
-constexpr bool k_flows = requires {
-  typename Law::template Internal<Real>;
+constexpr bool k_has_state = requires {
+  requires Law::has_state;
 };
 
 /// The law's history, or the empty one; in plane strain it may be shorter.
@@ -67,7 +81,7 @@ struct LawHistory<Law, T, is_plane> {
   using Type = typename Law::template History<T>;
 };
 template <class Law, class T, bool is_plane>
-requires k_flows<Law>
+requires k_has_state<Law>
 struct LawHistory<Law, T, is_plane> {
   using Type = typename Law::template History<T, is_plane>;
 };
@@ -78,11 +92,11 @@ constexpr int k_history_size = std::is_empty_v<typename LawHistory<Law, Real, is
                                    ? 0
                                    : static_cast<int>(sizeof(typename LawHistory<Law, Real, is_plane>::Type) / sizeof(Real));
 
-/// The law's stress after a step whichever of the forms it is written in. `dissipated`: out, of a law that flows [J/m^3].
+/// The law's stress after a step whichever of the forms it is written in. `dissipated`: out, of a law with a state [J/m^3].
 template <class Law, class M, class History>
 inline M kirchhoff_stress_of(const Law& law, const Kinematics<M>& k, const History& old_history, History& new_history,
                              typename M::Scalar& dissipated) {
-  if constexpr (k_flows<Law>) {
+  if constexpr (k_has_state<Law>) {
     return law.update(k, old_history, new_history, dissipated);
   } else if constexpr (requires { law.kirchhoff_stress(k.F); }) {
     return law.kirchhoff_stress(k.F);
@@ -91,13 +105,29 @@ inline M kirchhoff_stress_of(const Law& law, const Kinematics<M>& k, const Histo
   }
 }
 
+/// Whether the law says that its stress depends on the step, too, `static constexpr bool is_rate_dependent = true;`.
+template <class Law>
+constexpr bool k_says_rate_dependent = requires {
+  requires Law::is_rate_dependent;
+};
 /// Whether the stress depends on more than the state, F and the history: then a body stores it.
 template <class Law>
-constexpr bool k_is_rate_dependent = !k_flows<Law> && !requires(const Law& law, const Mat3<Real>& F) {
-  law.kirchhoff_stress(F);
+constexpr bool k_is_rate_dependent = k_says_rate_dependent<Law> ||
+                                     (!k_has_state<Law> && !requires(const Law& law, const Mat3<Real>& F) { law.kirchhoff_stress(F); });
+
+/// Whether what a law with a state dissipates is viscous, `static constexpr bool is_viscous = true;`, and not plastic.
+template <class Law>
+constexpr bool k_is_viscous = requires {
+  requires Law::is_viscous;
 };
 
-/// Whether the derivative of the step's stress is symmetric, as where an energy is minimised. A law that flows says so:
+/// Whether the law knows the greatest modulus of its waves.
+template <class Law>
+constexpr bool k_has_wave_modulus = requires(const Law& law, const Mat3<Real>& F, const typename LawHistory<Law, Real>::Type& history) {
+  law.wave_modulus(F, history);
+};
+
+/// Whether the derivative of the step's stress is symmetric, as where an energy is minimised. A law with a state says so:
 /// `static constexpr bool is_symmetric = true;`.
 template <class Law>
 constexpr bool k_is_symmetric = requires(const Law& law, const Mat3<Real>& F) {

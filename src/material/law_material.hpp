@@ -23,7 +23,8 @@ class LawMaterial final : public Material {
   Real density() const override { return law.density; }
   int history_size(int dim) const override { return dim == 2 ? k_history_size<Law, true> : k_history_size<Law, false>; }
   bool is_rate_dependent() const override { return k_is_rate_dependent<Law>; }
-  bool flows() const override { return k_flows<Law>; }
+  bool has_state() const override { return k_has_state<Law>; }
+  bool is_plastic() const override { return k_has_state<Law> && !k_is_viscous<Law>; }
   bool flows_freely() const override { return k_flows_freely<Law>; }
   bool is_symmetric() const override { return k_is_symmetric<Law>; }
   bool is_scalar_only() const override { return k_is_scalar_only<Law>; }
@@ -31,15 +32,19 @@ class LawMaterial final : public Material {
   int law_index() const override { return matpoint::law_index<Law>(static_cast<AllLaws*>(nullptr)); }
   const void* law_data() const override { return &law; }
   std::vector<InternalVariable> internal_variables() const override {
-    if constexpr (k_flows<Law>)
+    if constexpr (requires { law.variables(); }) {
+      const auto variables = law.variables();
+      return {variables.begin(), variables.end()};
+    } else if constexpr (k_has_state<Law>) {
       return {Law::internal_variables.begin(), Law::internal_variables.end()};
-    else
+    } else {
       return {};
+    }
   }
 
   Matrix kirchhoff_stress(const Matrix& F, std::span<const Real> history = {}) const override {
-    if constexpr (k_flows<Law>) {
-      return of_state(F, history, [this](const auto& h) { return to_matrix(law.elastic_stress(h)); });
+    if constexpr (k_has_state<Law>) {
+      return of_state(F, history, [this](const auto& deformation, const auto& h) { return to_matrix(law.stress_of(deformation, h)); });
     } else {
       const Kinematics<Mat3<Real>> k{to_mat3(F), Mat3<Real>::zero(), 0};
       using History = typename LawHistory<Law, Real>::Type;
@@ -49,21 +54,27 @@ class LawMaterial final : public Material {
     }
   }
   Real energy_density(const Matrix& F, std::span<const Real> history = {}) const override {
-    if constexpr (k_flows<Law>)
-      return of_state(F, history, [this](const auto& h) { return law.elastic_energy(h); });
+    if constexpr (k_has_state<Law>)
+      return of_state(F, history, [this](const auto& deformation, const auto& h) { return law.energy_of(deformation, h); });
     else if constexpr (requires(Mat3<Real> m) { law.energy_density(m); })
       return law.energy_density(to_mat3(F));
     else
       return 0;
   }
   void deform_history(const Matrix& F, std::span<Real> history) const override {
-    if constexpr (k_flows<Law>) {
-      const Mat3<Real> h = left_cauchy_green_minus_identity(to_mat3(F));
-      if (history.size() == static_cast<std::size_t>(k_history_size<Law, true>)) {
-        Law::pack(plane_of(h), *reinterpret_cast<typename LawHistory<Law, Real, true>::Type*>(history.data()));
-      } else {
-        Law::pack(h, *reinterpret_cast<typename LawHistory<Law, Real, false>::Type*>(history.data()));
-      }
+    if constexpr (k_has_state<Law>) {
+      if (history.size() == static_cast<std::size_t>(k_history_size<Law, true>))
+        law.deform(plane_of(F), *reinterpret_cast<typename LawHistory<Law, Real, true>::Type*>(history.data()));
+      else
+        law.deform(to_mat3(F), *reinterpret_cast<typename LawHistory<Law, Real>::Type*>(history.data()));
+    }
+  }
+  bool has_wave_modulus() const override { return k_has_wave_modulus<Law>; }
+  Real wave_modulus(const Matrix& F, std::span<const Real> history) const override {
+    if constexpr (k_has_wave_modulus<Law>) {
+      return of_state(F, history, [this](const auto& deformation, const auto& h) { return law.wave_modulus(deformation, h); });
+    } else {
+      return 0;
     }
   }
   Real wave_speed(Real J) const override { return law.wave_speed(J); }
@@ -76,18 +87,23 @@ class LawMaterial final : public Material {
   Input write(int dim) const override { return write_typed(law, dim); }
 
  private:
-  /// f(h) of a law that flows, h = b - I of the elastic state: from the history, or from F where that is empty.
-  template <class F_of_h>
-  static auto of_state(const Matrix& F, std::span<const Real> history, F_of_h&& f) {
-    if (history.empty()) return f(left_cauchy_green_minus_identity(to_mat3(F)));
-    if (history.size() == static_cast<std::size_t>(k_history_size<Law, true>)) {
-      using History = typename LawHistory<Law, Real, true>::Type;
-      return f(Law::template unpacked<Mat3<Real, true>>(*reinterpret_cast<const History*>(history.data())));
+  /// f(F, history) of a law with a state; where `history` is empty, of a point that was brought to F elastically.
+  template <class Function>
+  auto of_state(const Matrix& F, std::span<const Real> history, Function&& f) const {
+    using Plane = typename LawHistory<Law, Real, true>::Type;
+    using Full = typename LawHistory<Law, Real>::Type;
+    if constexpr (std::is_empty_v<Full>) {
+      return f(to_mat3(F), Full{});
+    } else {
+      if (history.size() == static_cast<std::size_t>(k_history_size<Law, true>))
+        return f(plane_of(F), *reinterpret_cast<const Plane*>(history.data()));
+      if (!history.empty()) return f(to_mat3(F), *reinterpret_cast<const Full*>(history.data()));
+      Full brought{};
+      law.deform(to_mat3(F), brought);
+      return f(to_mat3(F), brought);
     }
-    using History = typename LawHistory<Law, Real, false>::Type;
-    return f(Law::template unpacked<Mat3<Real>>(*reinterpret_cast<const History*>(history.data())));
   }
-  static Mat3<Real, true> plane_of(const Mat3<Real>& a) { return {{a(0, 0), a(0, 1), a(1, 0), a(1, 1), a(2, 2)}}; }
+  static Mat3<Real, true> plane_of(const Matrix& F) { return {{F[0], F[1], F[3], F[4], F[8]}}; }
   template <bool is_plane>
   static Matrix to_matrix(const Mat3<Real, is_plane>& a) {
     Matrix result{};

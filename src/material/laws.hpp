@@ -4,18 +4,27 @@
 
 #include <tuple>
 
+#include "material/cam_clay.hpp"
 #include "material/drucker_prager.hpp"
+#include "material/fixed_corotated.hpp"
+#include "material/gent.hpp"
 #include "material/hencky.hpp"
 #include "material/herschel_bulkley.hpp"
 #include "material/j2.hpp"
+#include "material/johnson_cook.hpp"
 #include "material/mohr_coulomb.hpp"
+#include "material/mooney_rivlin.hpp"
 #include "material/mu_i.hpp"
 #include "material/neo_hookean.hpp"
 #include "material/newtonian_fluid.hpp"
+#include "material/ogden.hpp"
+#include "material/snow.hpp"
 #include "material/st_venant_kirchhoff.hpp"
+#include "material/yeoh.hpp"
 
 namespace matpoint {
 
-using AllLaws = std::tuple<StVenantKirchhoff, NeoHookean, NewtonianFluid, Hencky, J2, DruckerPrager, MohrCoulomb, MuI, HerschelBulkley>;
+using AllLaws = std::tuple<StVenantKirchhoff, NeoHookean, NewtonianFluid, Hencky, J2, DruckerPrager, MohrCoulomb, MuI, HerschelBulkley,
+                           JohnsonCook, FixedCorotated, Snow, CamClay, MooneyRivlin, Yeoh, Gent, Ogden>;
 
 }  // namespace matpoint

@@ -15,6 +15,7 @@ namespace matpoint {
 struct InternalVariable {
   const char* name;
   const char* unit;
+  Real at_rest = 0;  ///< Outputs show what is remembered, which is 0 at rest, on top of this.
 };
 
 class Material {
@@ -29,8 +30,10 @@ class Material {
   virtual int history_size(int dim) const = 0;  ///< Numbers per point that the law remembers.
   /// Whether the stress depends on more than F and the history.
   virtual bool is_rate_dependent() const = 0;
-  /// Whether the law flows (flow_law.hpp): what it dissipates is plastic.
-  virtual bool flows() const { return false; }
+  /// Whether stress and energy follow from F and the history (law.hpp).
+  virtual bool has_state() const { return false; }
+  /// Whether what it dissipates is plastic, or goes into breaking, and not viscous.
+  virtual bool is_plastic() const { return false; }
   /// Whether what it describes flows without limit, as soils, grains and muds do.
   virtual bool flows_freely() const { return false; }
   /// Whether the derivative of a step's stress is symmetric.
@@ -47,16 +50,19 @@ class Material {
   virtual int law_index() const = 0;
   virtual const void* law_data() const = 0;
 
-  /// Kirchhoff stress [Pa] at the deformation gradient F, at rest; of a law that flows, from its history where that is given, else where it
-  /// never flowed.
+  /// Kirchhoff stress [Pa] at the deformation gradient F, at rest; of a law with a state, with its history where that is given, else where
+  /// it was brought to F elastically.
   virtual Matrix kirchhoff_stress(const Matrix& F, std::span<const Real> history = {}) const = 0;
   /// Energy stored per reference volume [J/m^3], of the same; 0 for a law without one.
   virtual Real energy_density(const Matrix& F, std::span<const Real> history = {}) const = 0;
-  /// The history of a point that was brought to F without flow; what else it remembers stays. For other laws nothing.
+  /// The history of a point that was brought to F elastically; what else it remembers stays. Only for laws with a state.
   virtual void deform_history(const Matrix& /*F*/, std::span<Real> /*history*/) const {}
 
   /// Speed of pressure waves [m/s] at volume ratio J [1], for the stable time step.
   virtual Real wave_speed(Real J) const = 0;
+  /// Whether waves become faster than that as the material hardens; and then the greatest rho0 c^2 [Pa] of a state.
+  virtual bool has_wave_modulus() const { return false; }
+  virtual Real wave_modulus(const Matrix& /*F*/, std::span<const Real> /*history*/) const { return 0; }
   /// Kinematic viscosity [m^2/s] that limits an explicit step to h^2 / (2 dim nu); 0 for a law without viscosity.
   virtual Real kinematic_viscosity(Real J) const = 0;
 

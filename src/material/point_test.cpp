@@ -175,7 +175,7 @@ class Test {
 
   /// Isotropic, to the confining pressure, in equal steps of it.
   void confine() {
-    if (point_.material().flows()) {
+    if (point_.material().has_state()) {
       point_.press(spec_.confining);
       return;
     }
@@ -232,8 +232,9 @@ class Test {
     for (const Real value :
          {-mean, std::sqrt(shear), F[0], F[1], F[4], F[8], determinant(to_mat3(F)), point_.energy(), point_.dissipated()})
       row.push_back(value);
-    const std::size_t count = point_.material().internal_variables().size();
-    row.insert(row.end(), point_.history().end() - static_cast<std::ptrdiff_t>(count), point_.history().end());
+    const std::vector<InternalVariable> variables = point_.material().internal_variables();
+    const std::size_t first = point_.history().size() - variables.size();
+    for (std::size_t i = 0; i < variables.size(); ++i) row.push_back(variables[i].at_rest + point_.history()[first + i]);
     result_.rows.push_back(std::move(row));
   }
 

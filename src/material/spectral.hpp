@@ -131,26 +131,30 @@ class Spectrum<T, false> {
 };
 
 /// The tensor whose principal values are `map` of the half logarithms of I + h, e.g. the stress of an isotropic solid. `map` takes a
-/// pointer to three numbers and gives an array of three; it is called with T, or, where T has derivatives, with Dual<3>.
+/// pointer to three numbers and gives an array of three; it is called with T, or, where T has derivatives, with Dual<3>. Where a law
+/// depends on a number beside h, too, `map` takes that as well, and is called with Dual<4>.
 ///
 /// Derivatives are taken of the map only and turned into the tensor's in the principal basis: eigenvectors have none where stretches are
 /// equal. Source: Ogden, Non-Linear Elastic Deformations (1984), sec. 6.1.4.
-template <class T, bool is_plane, class Map>
-Mat3<T, is_plane> isotropic(const Mat3<T, is_plane>& h, Map&& map) {
+template <class T, bool is_plane, class Map, class... Beside>
+Mat3<T, is_plane> isotropic(const Mat3<T, is_plane>& h, Map&& map, const Beside&... beside) {
   using M = Mat3<T, is_plane>;
+  static_assert(sizeof...(Beside) <= 1);
   if constexpr (!k_has_derivatives<T>) {
     const Spectrum<T, is_plane> spectrum(h);
-    const std::array<T, 3> values = map(spectrum.half_log);
+    const std::array<T, 3> values = map(spectrum.half_log, beside...);
     return spectrum.compose(values.data());
   } else {
+    constexpr int k_count = 3 + sizeof...(Beside);
     using V = Mat3<Real, is_plane>;
     constexpr Real k_equal = 1e-5;  // relative to a stretch
     V of_values;
     for (int k = 0; k < V::k_size; ++k) of_values.entries[k] = h.entries[k].value();
     const Spectrum<Real, is_plane> spectrum(of_values);
-    Dual<3> e[3];
-    for (int i = 0; i < 3; ++i) e[i] = Dual<3>::variable(spectrum.half_log[i], i);
-    const std::array<Dual<3>, 3> mapped = map(e);
+    using D = Dual<k_count>;
+    D e[3];
+    for (int i = 0; i < 3; ++i) e[i] = D::variable(spectrum.half_log[i], i);
+    const std::array<D, 3> mapped = map(e, D::variable(beside.value(), 3)...);
     Real values[3];
     for (std::size_t i = 0; i < 3; ++i) values[i] = mapped[i].value;
     const V composed = spectrum.compose(values);
@@ -183,6 +187,7 @@ Mat3<T, is_plane> isotropic(const Mat3<T, is_plane>& h, Map&& map) {
             continue;
           }
           for (int m = 0; m < 3; ++m) changed(i, i) += along[i][m] * in_basis(m, m);
+          if constexpr (k_count > 3) changed(i, i) += (... + (mapped[static_cast<std::size_t>(i)].d[3] * beside.derivatives()[n]));
         }
       }
       const V back = Q * changed * transpose(Q);

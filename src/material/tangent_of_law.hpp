@@ -42,7 +42,7 @@ struct TangentPoint {
         kinematics.F(r, c) = sum;
       }
     }
-    if constexpr (k_flows<Law>) kinematics.g = A - M::identity();
+    if constexpr (k_has_state<Law>) kinematics.g = A - M::identity();
     const T one_over_J = T(1.0 / determinant(A));
     const M cofactors = cofactor(A);
     if constexpr (k_is_rate_dependent<Law>) {

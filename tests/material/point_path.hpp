@@ -18,9 +18,14 @@ class PointOnPath {
 
   /// Under a pressure [Pa], without having flowed.
   void press(Real pressure) {
-    const Real e = -pressure / (3 * law_.bulk_modulus());
-    for (int d = 0; d < 3; ++d) history.h[d] = std::expm1(2 * e);
-    tau = law_.template stress_of<M>(history);
+    // The pressure rises with the compression, whatever the law.
+    Real low = -1, high = 0;
+    for (int i = 0; i < 100; ++i) {
+      const Real middle = 0.5 * (low + high);
+      for (int d = 0; d < 3; ++d) history.h[d] = std::expm1(2 * middle);
+      tau = law_.stress_of(M::identity(), history);
+      (-trace(tau) / 3 > pressure ? low : high) = middle;
+    }
   }
   /// To F, from where it is.
   void step(const Eigen::Matrix3d& F, Real dt) {
@@ -65,7 +70,10 @@ inline Eigen::Matrix3d path_of(const std::string& name, Real t) {
   const auto ends_with_number = [&](const std::string& start) { return std::stod(name.substr(start.size())); };
   if (name.starts_with("shear_2")) F(0, 1) = 2 * t;
   if (name.starts_with("uniaxial_strain_")) F(0, 0) = std::exp(t * ends_with_number("uniaxial_strain_"));
-  if (name.starts_with("isotropic_stretch_")) F *= std::exp(t * ends_with_number("isotropic_stretch_") / 3);
+  if (name.starts_with("isotropic_"))
+    F *= std::exp(t * ends_with_number(name.starts_with("isotropic_s") ? "isotropic_stretch_" : "isotropic_") / 3);
+  if (name.starts_with("isochoric_stretch_")) F = Eigen::Vector3d(std::exp(t), std::exp(-t / 2), std::exp(-t / 2)).asDiagonal();
+  if (name.starts_with("shear_0.4")) F(0, 1) = 0.4 * t;
   if (name == "cyclic_shear_0.1") F(0, 1) = t <= 100 ? 0.001 * t : t <= 300 ? 0.1 - 0.001 * (t - 100) : -0.1 + 0.001 * (t - 300);
   if (name.ends_with("_spun3rad_123")) F = Eigen::AngleAxisd(3 * t, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix() * F;
   return F;

@@ -21,7 +21,7 @@ std::string read_source(const std::string& path) {
 TEST(AddAMaterial, page_prints_the_laws_that_the_tests_compile) {
   const std::string page = read_source("docs/add_a_material.md");
   for (const char* header :
-       {"tests/material/mooney_rivlin.hpp", "tests/material/damaged_neo_hookean.hpp", "tests/material/perfect_metal.hpp"}) {
+       {"tests/material/my_rubber.hpp", "tests/material/damaged_neo_hookean.hpp", "tests/material/perfect_metal.hpp"}) {
     const std::string law = read_source(header);
     EXPECT_GT(law.size(), 500u);
     EXPECT_NE(page.find("```cpp\n" + law + "```\n"), std::string::npos) << header << " and the page differ";
@@ -30,8 +30,8 @@ TEST(AddAMaterial, page_prints_the_laws_that_the_tests_compile) {
 
 TEST(AddAMaterial, page_shows_what_explain_says) {
   const std::string page = read_source("docs/add_a_material.md");
-  EXPECT_NE(page.find(std::string("material \"mooney_rivlin\": ") + MooneyRivlin::summary), std::string::npos);
-  for (const ParameterDescription& parameter : parameters_of<MooneyRivlin>().describe()) {
+  EXPECT_NE(page.find(std::string("material \"my_rubber\": ") + MyRubber::summary), std::string::npos);
+  for (const ParameterDescription& parameter : parameters_of<MyRubber>().describe()) {
     std::istringstream lines(page);
     bool is_shown = false;
     for (std::string line; std::getline(lines, line);) {

@@ -81,7 +81,7 @@ struct Points {
     std::vector<Line> storage(static_cast<std::size_t>(slots * layout.field_count), Line{});
     std::vector<Line> gradients(static_cast<std::size_t>(slots * Dim * Dim), Line{});
     std::vector<Line> stresses(static_cast<std::size_t>(slots * k_stress_size<Dim>), Line{});
-    Line counts{}, J_min{}, J_max{};
+    Line counts{}, J_min{}, J_max{}, wave_modulus{};
     std::vector<Real*> slot(static_cast<std::size_t>(slots));
     for (int k = 0; k < slots; ++k) slot[static_cast<std::size_t>(k)] = storage[static_cast<std::size_t>(k * layout.field_count)].lane;
     const auto field = [&](int f, std::size_t p) -> Real& {
@@ -108,6 +108,7 @@ struct Points {
     chunk.tau = stresses[0].lane;
     chunk.J_min = J_min.lane;
     chunk.J_max = J_max.lane;
+    chunk.wave_modulus = wave_modulus.lane;
     chunk.dissipated = -5;  // what was there before is no part of the sum
     update_law<Law, Dim, Real>(&law, chunk);
     for (std::size_t p = 0; p < n; ++p) {

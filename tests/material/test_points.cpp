@@ -42,10 +42,42 @@ bool with_law(const std::string& set, F&& f) {
   }
   if (set == "bingham") return f(law_of<HerschelBulkley>(fluid)), true;
   if (set == "hb_05") return f(law_of<HerschelBulkley>(fluid + "exponent = 0.5")), true;
+  if (set == "jc_ofhc") {
+    return f(law_of<JohnsonCook>("density = 8960\nyoungs_modulus = 124e9\npoissons_ratio = 0.34\nA = 90e6\nB = 292e6\nn = 0.31\nC = 0.025\n"
+                                 "m = 1.09\nmelting_temperature = 1356\nheat_capacity = 383\nD1 = 0.54\nD2 = 4.89\nD3 = -3.03\n"
+                                 "D4 = 0.014\nD5 = 1.12")),
+           true;
+  }
+  if (set == "mcc_1" || set == "mcc_4") {
+    return f(law_of<CamClay>("density = 1800\nshear_modulus = 3e6\ncritical_slope = 1\nlambda_star = 0.10\nkappa_star = 0.02\n"
+                             "pressure_offset = 1e3\npreconsolidation = " +
+                             std::string(set == "mcc_1" ? "1e5" : "4e5"))),
+           true;
+  }
+  if (set == "snow") return f(law_of<Snow>("density = 400\nyoungs_modulus = 1.4e5\npoissons_ratio = 0.2")), true;
   return false;
 }
 
-Real start_pressure(const std::string& set) { return set.starts_with("dp_") || set.starts_with("mc_") || set == "mui" ? 5e4 : 0; }
+Real start_pressure(const std::string& set) {
+  if (set.starts_with("mcc_")) return 1e5;
+  return set.starts_with("dp_") || set.starts_with("mc_") || set == "mui" ? 5e4 : 0;
+}
+
+/// The modulus that errors are measured by [Pa].
+template <class Law>
+Real modulus_of(const Law& law) {
+  if constexpr (requires { law.youngs_modulus; })
+    return law.youngs_modulus;
+  else
+    return 3 * law.mu();
+}
+/// The first number that the law remembers beside its elastic state, which is the table's `a`.
+template <class History>
+Real first_variable(const History& history) {
+  return *reinterpret_cast<const Real*>(&history.internal);
+}
+
+const std::string k_rated = "isochoric_stretch_rate_";
 
 /// The state at the time `t` of a path that is walked in `steps` equal steps to the time 1; cyclic: t counts steps.
 template <bool is_plane, class Law>
@@ -54,7 +86,8 @@ PointOnPath<Law, is_plane> walk(const Law& law, const std::string& set, const st
   if (start_pressure(set) > 0) point.press(start_pressure(set));
   const bool is_cyclic = test == "cyclic_shear_0.1";
   const int count = static_cast<int>(std::lround(is_cyclic ? t : t * steps));
-  for (int n = 1; n <= count; ++n) point.step(path_of(test, is_cyclic ? n : static_cast<Real>(n) / steps), 1.0 / steps);
+  const Real dt = test.starts_with(k_rated) ? 1.0 / (steps * std::stod(test.substr(k_rated.size()))) : 1.0 / steps;
+  for (int n = 1; n <= count; ++n) point.step(path_of(test, is_cyclic ? n : static_cast<Real>(n) / steps), dt);
   return point;
 }
 
@@ -74,7 +107,8 @@ Real size_of(const PointRow& row) {
 }
 
 bool is_given_path(const std::string& test) {
-  return test.starts_with("shear") || test.starts_with("uniaxial_strain") || test.starts_with("isotropic_s") || test.starts_with("cyclic");
+  return test.starts_with("shear") || test.starts_with("uniaxial_strain") || test.starts_with("isotropic_") || test.starts_with(k_rated) ||
+         test.starts_with("cyclic");
 }
 
 TEST(Points, the_algorithm_is_that_of_the_independent_program) {
@@ -84,12 +118,12 @@ TEST(Points, the_algorithm_is_that_of_the_independent_program) {
     const int steps = std::stoi(row.kind.substr(6));
     SCOPED_TRACE(row.set + " " + row.test + " " + row.kind + fmt::format(" t = {}", row.t));
     EXPECT_TRUE(with_law(row.set, [&](const auto& law) {
-      const Real bound = 1e-9 * size_of(row) + 1e-12 * law.youngs_modulus;
+      const Real bound = 1e-9 * size_of(row) + 1e-12 * modulus_of(law);
       const auto check = [&](const auto& point) {
         EXPECT_LT(distance(point, row), bound);
         // At the apex the table counts a shear strain that an isotropic stretch does not have.
         if (std::isfinite(row.plastic_strain) && !row.test.starts_with("isotropic")) {
-          EXPECT_NEAR(point.history.internal.plastic_strain, row.plastic_strain, 1e-9 * std::max(row.plastic_strain, 1e-3));
+          EXPECT_NEAR(first_variable(point.history), row.plastic_strain, 1e-9 * std::max(std::abs(row.plastic_strain), 1e-3));
         }
         if (std::isfinite(row.dissipated)) {
           EXPECT_NEAR(point.dissipated, row.dissipated, 1e-8 * std::max(row.dissipated, 1e-6 * size_of(row)));
@@ -112,7 +146,7 @@ TEST(Points, the_algorithm_converges_to_the_law_with_the_step) {
     EXPECT_TRUE(with_law(row.set, [&](const auto& law) {
       const Real coarse = distance(walk<false>(law, row.set, row.test, row.t, 40), row);
       const Real fine = distance(walk<false>(law, row.set, row.test, row.t, 400), row);
-      EXPECT_TRUE(fine < 1e-9 * size_of(row) + 1e-12 * law.youngs_modulus || fine < coarse * std::pow(10, -0.9)) << coarse << " " << fine;
+      EXPECT_TRUE(fine < 1e-9 * size_of(row) + 1e-12 * modulus_of(law) || fine < coarse * std::pow(10, -0.9)) << coarse << " " << fine;
     }));
     ++count;
   }
@@ -155,7 +189,7 @@ TEST(Points, stresses_that_are_held_lead_to_the_laws_answer) {
         return largest;
       };
       const Real coarse = distance_in(40), fine = distance_in(400);
-      EXPECT_TRUE(fine < 1e-8 * size_of(row) + 1e-11 * law.youngs_modulus || fine < coarse * std::pow(10, -0.9)) << coarse << " " << fine;
+      EXPECT_TRUE(fine < 1e-8 * size_of(row) + 1e-11 * modulus_of(law) || fine < coarse * std::pow(10, -0.9)) << coarse << " " << fine;
     }));
     ++count;
   }
@@ -190,7 +224,7 @@ TEST(Points, hencky_is_the_same_solid_without_a_history) {
     if (row.set != "hencky" || !is_given_path(row.test)) continue;
     const Eigen::Matrix3d tau = to_eigen(law.kirchhoff_stress(from_eigen(path_of(row.test, row.t))));
     const Real found[6] = {tau(0, 0), tau(1, 1), tau(2, 2), tau(0, 1), tau(1, 2), tau(0, 2)};
-    for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(found[i], row.tau[i], 1e-9 * size_of(row) + 1e-12 * law.youngs_modulus) << row.test;
+    for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(found[i], row.tau[i], 1e-9 * size_of(row) + 1e-12 * modulus_of(law)) << row.test;
     ++count;
   }
   EXPECT_GT(count, 15);
@@ -234,8 +268,9 @@ TEST(Points, a_gap_that_opened_closes_before_it_presses) {
 
 /// All sets of the table, with each law's random paths.
 std::vector<std::string> all_sets() {
-  return {"j2_perfect",     "j2_linear", "j2_voce",  "j2_swift",  "dp_comp_30_0", "dp_comp_30_10", "dp_ext_30_0", "dp_plane_30_0",
-          "dp_plane_30_30", "mc_30_0",   "mc_30_10", "mc_tresca", "mui",          "bingham",       "hb_05"};
+  return {"j2_perfect",    "j2_linear",      "j2_voce", "j2_swift", "dp_comp_30_0", "dp_comp_30_10", "dp_ext_30_0",
+          "dp_plane_30_0", "dp_plane_30_30", "mc_30_0", "mc_30_10", "mc_tresca",    "mui",           "bingham",
+          "hb_05",         "jc_ofhc",        "mcc_1",   "mcc_4",    "snow"};
 }
 
 /// A step of F by up to 50 %, with J kept in [0.05, 20]; every fifth one equal in two or three directions, every seventh takes no time.
@@ -274,10 +309,13 @@ TEST(Points, random_paths_stay_finite_and_never_make_energy) {
           F = random_step(samples, n + path, F);
           const Real before = point.dissipated;
           point.step(F, n % 7 == 6 ? 0 : 1e-3);
-          const Real scale = law.youngs_modulus + to_eigen(point.tau).norm();
+          const Real scale = modulus_of(law) + to_eigen(point.tau).norm();
           ASSERT_TRUE(to_eigen(point.tau).allFinite());
-          ASSERT_TRUE(std::isfinite(point.history.internal.plastic_strain));
-          ASSERT_GT(point.dissipated - before, -1e-12 * scale) << path << " " << n;
+          ASSERT_TRUE(std::isfinite(first_variable(point.history)));
+          // Snow may make energy, by hardening under load and where its stretches are cut one by one; that is taken off.
+          if (set != "snow") {
+            ASSERT_GT(point.dissipated - before, -1e-12 * scale) << path << " " << n;
+          }
         }
       }
     });
@@ -314,7 +352,7 @@ TEST(Points, single_precision_keeps_four_digits) {
       }
       const std::array<int, 6> places = {0, 4, 8, 1, 5, 2};
       for (std::size_t i = 0; i < 6; ++i)
-        EXPECT_NEAR(tau.entries[places[i]].v[0], row.tau[i], 1e-4 * size_of(row) + 1e-7 * law.youngs_modulus);
+        EXPECT_NEAR(tau.entries[places[i]].v[0], row.tau[i], 1e-4 * size_of(row) + 1e-7 * modulus_of(law));
     });
     ++count;
   }
@@ -347,7 +385,7 @@ TEST(Points, single_precision_keeps_edges) {
           history = updated;
           for (int d = 0; d < 3; ++d) {
             // A pressure that is kept for 40 steps gathers 40 roundings of the strain.
-            ASSERT_NEAR(tau(d, d).v[0], point.tau(d, d), 1e-4 * to_eigen(point.tau).norm() + 40 * 6e-8 * law.youngs_modulus) << n;
+            ASSERT_NEAR(tau(d, d).v[0], point.tau(d, d), 1e-4 * to_eigen(point.tau).norm() + 40 * 6e-8 * modulus_of(law)) << n;
           }
         }
       });
@@ -385,7 +423,7 @@ TEST(Points, packs_give_the_numbers_of_scalars) {
           for (std::size_t lane = 0; lane < P::k_width; ++lane) {
             Real difference = 0;
             for (int e = 0; e < 9; ++e) difference = std::max(difference, std::abs(tau.entries[e].v[lane] - points[lane].tau.entries[e]));
-            ASSERT_LT(difference, 1e-11 * law.youngs_modulus) << path << " " << n;
+            ASSERT_LT(difference, 1e-11 * (modulus_of(law) + to_eigen(points[lane].tau).norm())) << path << " " << n;
             for (int h = 0; h < size; ++h) {
               ASSERT_NEAR(reinterpret_cast<const P*>(&history)[h].v[lane], reinterpret_cast<const Real*>(&points[lane].history)[h],
                           1e-11 * (1 + std::abs(reinterpret_cast<const Real*>(&points[lane].history)[h])));
@@ -403,13 +441,12 @@ struct TangentOfStep {
   static constexpr int n = Dim * Dim;
   std::array<Real, n * n> exact{}, coarse{}, fine{};
   bool is_smooth = false;
-  Real size = 0, difference = 0;
+  Real size = 0, difference = 0, apart = 0;
 
   TangentOfStep(const Law& law, const std::vector<Real>& history, const std::array<Real, n>& A) {
     const std::array<Real, n> S = stress(law, history, A, exact.data());
     const std::array<Real, n> same = stress(law, history, A, nullptr);
-    for (std::size_t i = 0; i < n; ++i) EXPECT_NEAR(S[i], same[i], 1e-12 * law.youngs_modulus);
-    Real apart = 0;
+    for (std::size_t i = 0; i < n; ++i) EXPECT_NEAR(S[i], same[i], 1e-12 * modulus_of(law));
     for (std::size_t k = 0; k < n; ++k) {
       const auto slope = [&](Real step, std::array<Real, n * n>& out) {
         std::array<Real, n> plus = A, minus = A;
@@ -428,7 +465,8 @@ struct TangentOfStep {
     }
     size = std::sqrt(size);
     difference = std::sqrt(difference);
-    is_smooth = std::sqrt(apart) < 1e-7 * (size + law.youngs_modulus);
+    apart = std::sqrt(apart);
+    is_smooth = apart < 1e-7 * (size + modulus_of(law));
   }
 
  private:
@@ -487,7 +525,7 @@ TEST(Points, tangents_are_those_of_differences_on_edges_and_with_equal_stretches
         ++all;
         if (!tangent.is_smooth) return;
         ++smooth;
-        EXPECT_LT(tangent.difference, 1e-7 * (tangent.size + law.youngs_modulus));
+        EXPECT_LT(tangent.difference, 1e-7 * (tangent.size + modulus_of(law))) << tangent.apart;
       };
       for_steps<3>(law, start_pressure(set), [&](const auto& history, const auto& A) { check(TangentOfStep<3, Law>(law, history, A)); });
       for_steps<2>(law, start_pressure(set), [&](const auto& history, const auto& A) { check(TangentOfStep<2, Law>(law, history, A)); });
@@ -536,7 +574,7 @@ TEST(Points, stored_energy_is_what_the_stress_is_the_derivative_of) {
       }
       const Material::Matrix given = static_cast<const Material&>(material).kirchhoff_stress(matrix(F));
       const Eigen::Matrix3d from_energy = slope * F.transpose();
-      for (int k = 0; k < 9; ++k) EXPECT_NEAR(given[static_cast<std::size_t>(k)], from_energy(k / 3, k % 3), 1e-7 * law.youngs_modulus);
+      for (int k = 0; k < 9; ++k) EXPECT_NEAR(given[static_cast<std::size_t>(k)], from_energy(k / 3, k % 3), 1e-7 * modulus_of(law));
     }
   });
 }

@@ -205,20 +205,20 @@ def test_the_page_on_materials_compiles_as_printed(tmp_path):
     page = ROOT / "docs/add_a_material.md"
     header, laws, damaged, metal = blocks(page, "cpp")
     tuple_of_tree = re.search(r"tuple<(.*?)>", (ROOT / "src/material/laws.hpp").read_text(), re.S)[1]
-    assert f"tuple<{tuple_of_tree}, MooneyRivlin>".split() == re.search(r"tuple<.*?>", laws, re.S)[0].split()
+    assert f"tuple<{tuple_of_tree}, MyRubber>".split() == re.search(r"tuple<.*?>", laws, re.S)[0].split()
     over = tmp_path / "material"
     shutil.copytree(ROOT / "src/material", over)
-    (over / "mooney_rivlin.hpp").write_text(header)
+    (over / "my_rubber.hpp").write_text(header)
     (over / "damaged_neo_hookean.hpp").write_text(damaged)
     (over / "perfect_metal.hpp").write_text(metal)
     text = (over / "laws.hpp").read_text()
     text = text.replace(
         "#include <tuple>\n",
-        '#include <tuple>\n\n#include "material/damaged_neo_hookean.hpp"\n#include "material/mooney_rivlin.hpp"\n'
+        '#include <tuple>\n\n#include "material/damaged_neo_hookean.hpp"\n#include "material/my_rubber.hpp"\n'
         '#include "material/perfect_metal.hpp"',
     )
     (over / "laws.hpp").write_text(
-        text.replace(f"tuple<{tuple_of_tree}>", f"tuple<{tuple_of_tree}, MooneyRivlin, DamagedNeoHookean, PerfectMetal>")
+        text.replace(f"tuple<{tuple_of_tree}>", f"tuple<{tuple_of_tree}, MyRubber, DamagedNeoHookean, PerfectMetal>")
     )
     compiler = os.environ.get("CXX", "c++")
     for source in ("registry.cpp", "tangent.cpp"):
