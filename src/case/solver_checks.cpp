@@ -1,6 +1,9 @@
 #include "case/solver_checks.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
 
 #include "case/case_reading.hpp"
 
@@ -57,6 +60,13 @@ void check_shape(const Case& problem, const Input& input) {
   if (problem.solver.co_rotating.value_or(false) && has_affine) {
     fail_case(at_key(section_of(input, "solver"), "co_rotating"), "solver",
               "co_rotating = true cannot be used with transfer = \"apic\" or \"tpic\", whose particles turn by themselves");
+  }
+  for (const BodySpec& body : problem.bodies) {
+    if (!is_given(section_of(input, "solver"), "fluid_correction") || !problem.solver.fluid_correction.value_or(false)) break;
+    if (!body.material->is_gas()) continue;
+    fail_case(at_key(section_of(input, "solver"), "fluid_correction"), "solver",
+              fmt::format("fluid_correction = true moves volume without its energy, which \"{}\" of body \"{}\" has; leave it out",
+                          body.material->type(), body.name));
   }
   if (problem.solver.fluid_correction.value_or(false) && !is_smooth(problem.solver.shape)) {
     fail_case(at_key(section_of(input, "solver"), "fluid_correction"), "solver",
@@ -304,7 +314,24 @@ Real poissons_ratio_of(const Material& material) {
   return (3 * bulk - 2 * shear) / (2 * (3 * bulk + shear));
 }
 
+/// The length of what breaks, or of shocks, is the cell size where a case gives none.
+void choose_lengths(Case& problem) {
+  const GridSpec& grid = problem.grid;
+  for (BodySpec& body : problem.bodies) {
+    if (!body.material->needs_length()) continue;
+    const Input place = Input::table().with_place(body.place);
+    const ReadContext context{problem.dim, fmt::format("body {}: material", body.name)};
+    const bool has_equal_cells = grid.cell_size.size() == static_cast<std::size_t>(problem.dim) && grid.grading.empty() &&
+                                 grid.corners.empty() &&
+                                 std::all_of(grid.lines.begin(), grid.lines.end(), [](const auto& line) { return line.empty(); });
+    if (!has_equal_cells) fail_input(place, context, "length is missing: it is the cell size, and the cells are not equal");
+    const Real volume = std::accumulate(grid.cell_size.begin(), grid.cell_size.end(), Real{1}, std::multiplies<>());
+    body.material = body.material->with_length(std::pow(volume, Real{1} / problem.dim), place, context);
+  }
+}
+
 void choose_scheme(Case& problem, const Input& input) {
+  choose_lengths(problem);
   if (problem.is_implicit()) {
     // From here on B-splines and elements lock: a cantilever with nu = 0.49 sinks by 3 % too little, with 0.499 by 6 %.
     constexpr Real k_nearly_incompressible = 0.45 - 1e-4;  // moduli by differences
@@ -336,7 +363,10 @@ void choose_scheme(Case& problem, const Input& input) {
   // Linear shapes are the textbook's scheme, and stay that.
   if (!solver.co_rotating)
     solver.co_rotating = solver.shape != ShapeKind::linear && solver.transfer == Transfer::flip && solver.stress_order != StressOrder::usf;
-  if (!solver.fluid_correction) solver.fluid_correction = has_fluid && is_smooth(solver.shape);
+  // The correction moves volume without its energy, which a gas has.
+  const bool has_gas =
+      std::any_of(problem.bodies.begin(), problem.bodies.end(), [](const BodySpec& body) { return body.material->is_gas(); });
+  if (!solver.fluid_correction) solver.fluid_correction = has_fluid && !has_gas && is_smooth(solver.shape);
 }
 
 void check_for_solver(const Case& problem, const Input& input) {

@@ -72,7 +72,7 @@ struct CamClay : FlowLaw<CamClay, ClayParameters> {
   typename M::Scalar wave_modulus(const M& /*F*/, const H& history) const {
     using T = typename M::Scalar;
     // The volume's strain from det(I + h).
-    const T det = determinant(M::identity() + this->template unpacked<M>(history));
+    const T det = determinant(M::identity() + unpacked<M>(history.h));
     const T theta = T(0.5 * log(max(det, T(1e-30))));
     return T((T(pressure_offset / kappa_star) * exp(exponent(theta)) + T(4.0 / 3 * mu())) * (T(1.0) - min(T(0.0), theta)));
   }

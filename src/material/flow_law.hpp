@@ -96,7 +96,7 @@ struct FlowLaw : Parameters {
   template <class M, class H, class T = typename M::Scalar>
   M update(const Kinematics<M>& k, const H& old_history, H& updated, T& dissipated) const {
     // f b f^T - I with f = I + g.
-    const M h = unpacked<M>(old_history);
+    const M h = unpacked<M>(old_history.h);
     const M moved = k.g + k.g * h;
     const M trial = h + moved + transpose(moved) + moved * transpose(k.g);
     if constexpr (k_has_derivatives<T>) {
@@ -147,13 +147,13 @@ struct FlowLaw : Parameters {
   /// Kirchhoff stress of a state.
   template <class M, class H>
   M stress_of(const M& /*F*/, const H& history) const {
-    return isotropic(unpacked<M>(history), [&](const auto* e) { return stress(e, history.internal); });
+    return isotropic(unpacked<M>(history.h), [&](const auto* e) { return stress(e, history.internal); });
   }
   /// Stored energy of a state [J/m^3].
   template <class M, class H>
   typename M::Scalar energy_of(const M& /*F*/, const H& history) const {
     using T = typename M::Scalar;
-    const Spectrum<T, M::k_size == 5> spectrum(unpacked<M>(history));
+    const Spectrum<T, M::k_size == 5> spectrum(unpacked<M>(history.h));
     if constexpr (requires { law().principal_energy(spectrum.half_log, history.internal); }) {
       return law().principal_energy(spectrum.half_log, history.internal);
     } else {
@@ -168,33 +168,11 @@ struct FlowLaw : Parameters {
   /// The elastic state of F, which a point that has not flowed is brought to.
   template <class M, class H>
   void deform(const M& F, H& history) const {
-    pack(left_cauchy_green_minus_identity(F), history);
+    pack(left_cauchy_green_minus_identity(F), history.h);
   }
   /// Elastic waves in a stretched material: exact along a uniaxial one, and never below those of what flows.
   Real wave_speed(Real J) const {
     return std::sqrt((this->lambda() + 2 * this->mu()) * (1 - std::min(std::log(J), Real{0})) / this->density);
-  }
-
-  /// h as a matrix, and back.
-  template <class M, class H>
-  static M unpacked(const H& history) {
-    M h;
-    for (int d = 0; d < 3; ++d) h(d, d) = history.h[d];
-    h(0, 1) = h(1, 0) = history.h[3];
-    if constexpr (M::k_size == 9) {
-      h(1, 2) = h(2, 1) = history.h[4];
-      h(0, 2) = h(2, 0) = history.h[5];
-    }
-    return h;
-  }
-  template <class M, class H>
-  static void pack(const M& h, H& history) {
-    for (int d = 0; d < 3; ++d) history.h[d] = h(d, d);
-    history.h[3] = h(0, 1);
-    if constexpr (M::k_size == 9) {
-      history.h[4] = h(1, 2);
-      history.h[5] = h(0, 2);
-    }
   }
 
  private:
@@ -217,7 +195,7 @@ struct FlowLaw : Parameters {
     law().flow(p, old_history.internal, updated.internal, k.dt);
     T values[3];
     for (int i = 0; i < 3; ++i) values[i] = expm1(T(2.0 * p.e[i]));
-    pack(spectrum.compose(values), updated);
+    pack(spectrum.compose(values), updated.h);
     dissipated = p.dissipated;
     return spectrum.compose(stress(p.e.data(), updated.internal).data());
   }

@@ -69,6 +69,21 @@ class LawMaterial final : public Material {
         law.deform(to_mat3(F), *reinterpret_cast<typename LawHistory<Law, Real>::Type*>(history.data()));
     }
   }
+  bool needs_length() const override {
+    if constexpr (requires { law.length; })
+      return !law.length;
+    else
+      return false;
+  }
+  std::shared_ptr<Material> with_length([[maybe_unused]] Real length, [[maybe_unused]] const Input& place,
+                                        [[maybe_unused]] const ReadContext& context) const override {
+    auto same = std::make_shared<LawMaterial<Law>>(*this);
+    if constexpr (requires { law.length; }) {
+      same->law.length = length;
+      if constexpr (requires { same->law.check(place, context); }) same->law.check(place, context);
+    }
+    return same;
+  }
   bool has_wave_modulus() const override { return k_has_wave_modulus<Law>; }
   Real wave_modulus(const Matrix& F, std::span<const Real> history) const override {
     if constexpr (k_has_wave_modulus<Law>) {

@@ -45,6 +45,8 @@ class Material {
   virtual bool is_scalar_only() const = 0;
   /// Whether the stress knows of F only J, so that a body may forget its shape (law.hpp).
   virtual bool is_fluid() const = 0;
+  /// Whether it is a fluid with an energy of its own, whose volume changes as it may.
+  bool is_gas() const { return is_fluid() && has_state(); }
 
   /// The law's place in AllLaws, for its kernel, or -1 for a FunctionMaterial; and the law itself, for the kernel to read.
   virtual int law_index() const = 0;
@@ -60,6 +62,12 @@ class Material {
 
   /// Speed of pressure waves [m/s] at volume ratio J [1], for the stable time step.
   virtual Real wave_speed(Real J) const = 0;
+  /// Whether it has a `length` that is to be the cell size, since none is given; and the same material with that length. Throws InputError
+  /// at `place` for a length that its other parameters do not allow.
+  virtual bool needs_length() const { return false; }
+  virtual std::shared_ptr<Material> with_length(Real /*length*/, const Input& /*place*/, const ReadContext& /*context*/) const {
+    return nullptr;
+  }
   /// Whether waves become faster than that as the material hardens; and then the greatest rho0 c^2 [Pa] of a state.
   virtual bool has_wave_modulus() const { return false; }
   virtual Real wave_modulus(const Matrix& /*F*/, std::span<const Real> /*history*/) const { return 0; }

@@ -261,6 +261,28 @@ std::array<T, size> expm1_of_small(const std::array<T, size>& twice_e) {
   return power_series(twice_e, c);
 }
 
+/// A symmetric tensor as a law remembers it, xx yy zz xy (yz xz), and back.
+template <class M>
+M unpacked(const typename M::Scalar* components) {
+  M a;
+  for (int d = 0; d < 3; ++d) a(d, d) = components[d];
+  a(0, 1) = a(1, 0) = components[3];
+  if constexpr (M::k_size == 9) {
+    a(1, 2) = a(2, 1) = components[4];
+    a(0, 2) = a(2, 0) = components[5];
+  }
+  return a;
+}
+template <class M>
+void pack(const M& a, typename M::Scalar* components) {
+  for (int d = 0; d < 3; ++d) components[d] = a(d, d);
+  components[3] = a(0, 1);
+  if constexpr (M::k_size == 9) {
+    components[4] = a(1, 2);
+    components[5] = a(0, 2);
+  }
+}
+
 /// F F^T - I, with the digits of F - I.
 template <class T, bool is_plane>
 Mat3<T, is_plane> left_cauchy_green_minus_identity(const Mat3<T, is_plane>& F) {

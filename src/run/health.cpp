@@ -247,7 +247,9 @@ void Health::add_bodies(const Snapshot& now, std::vector<HealthLine>& lines) con
     HealthLine line{"body " + name,
                     fmt::format("J from {:.3g} to {:.3g}, volume {:+.2g} %", J_min_[b].lowest, J_max_[b].highest, percent(change)), true,
                     ""};
-    if (spec.material->is_fluid() && std::abs(change) > k_fluid_volume && now.solver.ledger().removed_count == 0) {
+    if (spec.material->is_gas()) {
+      // Its volume is its own.
+    } else if (spec.material->is_fluid() && std::abs(change) > k_fluid_volume && now.solver.ledger().removed_count == 0) {
       line.is_good = false;
       line.remedy =
           "a fluid keeps its volume: take a pressure_scale with c0 = sqrt(gamma pressure_scale / density) ten times its speed, or smaller "
