@@ -6,6 +6,7 @@
 #include "body/particle_fields.hpp"
 #include "case/case_file.hpp"
 #include "commands.hpp"
+#include "material/parameter_sets.hpp"
 
 namespace matpoint {
 namespace {
@@ -27,9 +28,11 @@ std::vector<Topic> all_topics() {
   std::vector<Topic> topics;
   for (const CaseSection& section : case_sections()) topics.push_back({"section", section.name, section.summary, section.parameters});
   append(topics, "material", material_registry());
+  for (const ParameterSet& set : parameter_sets()) topics.push_back({"parameter set", set.name, set.summary, {}});
   append(topics, "region", region_registry());
   append(topics, "layout", layout_registry());
   append(topics, "velocity", velocity_registry());
+  append(topics, "initial_stress", initial_stress_registry());
   append(topics, "rule", step_rule_registry());
   return topics;
 }
@@ -115,7 +118,13 @@ void list_cases() {
   }
 }
 
-void list_fields() { fmt::print("fields:\n  {}\n", fmt::join(particle_field_names(), "\n  ")); }
+void list_fields() {
+  fmt::print("fields:\n  {}\n", fmt::join(particle_field_names(), "\n  "));
+  fmt::print("fields of single materials:\n");
+  std::size_t width = 0;
+  for (const auto& [name, laws] : material_variables()) width = std::max(width, name.size());
+  for (const auto& [name, laws] : material_variables()) fmt::print("  {:{}s}  {}\n", name, width, fmt::join(laws, ", "));
+}
 
 }  // namespace
 
@@ -126,9 +135,11 @@ int list_command(const std::string& what) {
   };
   const std::vector<List> lists = {{"cases", list_cases},
                                    {"materials", [] { list_topics("materials", "material"); }},
+                                   {"parameter_sets", [] { list_topics("parameter sets of materials", "parameter set"); }},
                                    {"regions", [] { list_topics("regions", "region"); }},
                                    {"layouts", [] { list_topics("layouts", "layout"); }},
                                    {"velocities", [] { list_topics("velocities", "velocity"); }},
+                                   {"initial_stresses", [] { list_topics("initial stresses", "initial_stress"); }},
                                    {"rules", [] { list_topics("rules for the time step of the implicit solver", "rule"); }},
                                    {"sections", [] { list_topics("sections of a case file", "section"); }},
                                    {"fields", list_fields}};

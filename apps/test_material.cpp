@@ -8,6 +8,7 @@
 #include "core/error.hpp"
 #include "io/history.hpp"
 #include "io/output_file.hpp"
+#include "material/parameter_sets.hpp"
 
 namespace matpoint {
 namespace {
@@ -20,6 +21,13 @@ std::shared_ptr<const Material> material_of(const TestMaterialOptions& options) 
     Input table = Input::table();
     table.set("type", Input::string(options.what));
     for (const std::string& set : options.sets) apply_set(table, set);
+    return material_registry().read(table, {3, ""}, "material");
+  }
+  for (const ParameterSet& set : parameter_sets()) {
+    if (set.name != options.what) continue;
+    if (!options.body.empty()) throw InputError("--body is for a case, and \"{}\" is a parameter set", options.what);
+    Input table = set.table;
+    for (const std::string& change : options.sets) apply_set(table, change);
     return material_registry().read(table, {3, ""}, "material");
   }
   const Case problem = load_case(options.what, options.sets);

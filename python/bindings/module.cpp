@@ -11,6 +11,7 @@
 #include "core/version.hpp"
 #include "functions.hpp"
 #include "kernel/kernel.hpp"
+#include "material/parameter_sets.hpp"
 #include "material/point_test.hpp"
 #include "simulation.hpp"
 
@@ -57,6 +58,7 @@ nb::typed<nb::dict, nb::str, nb::typed<nb::list, Table>> vocabulary() {
   all["regions"] = describe(region_registry());
   all["layouts"] = describe(layout_registry());
   all["velocities"] = describe(velocity_registry());
+  all["initial_stresses"] = describe(initial_stress_registry());
   all["materials"] = describe(material_registry());
   all["rules"] = describe(step_rule_registry());
   return all;
@@ -99,7 +101,9 @@ NB_MODULE(_core, m) {
   m.def(
       "point_test",
       [](nb::handle material, nb::handle test) {
-        const std::shared_ptr<Material> law = material_registry().read(to_input(material, "material"), {3, ""}, "material");
+        const ReadContext context{3, ""};
+        const Input table = material_table(to_input(material, "material"), context);
+        const std::shared_ptr<Material> law = material_registry().read(table, context, "material");
         PointTestSpec spec;
         parameters_of<PointTestSpec>().read(to_input(test, "point_test"), {3, "point_test"}, spec);
         const PointTestResult result = run_point_test(law, spec);

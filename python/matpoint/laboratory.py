@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from matpoint import _core
 from matpoint.functions import FunctionLaw
 from matpoint.history import History
 
 
 def point_test(
-    material: Mapping[str, Any] | FunctionLaw,
+    material: Mapping[str, Any] | FunctionLaw | str,
     path: str,
     *,
     strain: float = 0.1,
@@ -19,20 +22,25 @@ def point_test(
     rate: float = 1.0,
     steps: int = 200,
     cycles: int = 3,
+    times: npt.ArrayLike | None = None,
+    deformation: npt.ArrayLike | None = None,
 ) -> History:
     """Strains one point of a material, from rest, in 3D.
 
     Args:
-        material: A material of a body, e.g. `mp.MohrCoulomb(...)`, or a `FunctionLaw`.
+        material: A material of a body, e.g. `mp.MohrCoulomb(...)`, a `FunctionLaw`, or the name of a parameter set ("copper_ofhc").
         path: What is driven and what is held. "uniaxial_strain" (an oedometer): ln F_xx, nothing else moves. "uniaxial_stress" and
             "triaxial": ln F_xx, stresses across are held at `-confining`. "triaxial_undrained": ln F_xx at constant volume. "biaxial":
             ln F_xx, F_zz stays, sigma_yy is held. "isotropic": ln J. "simple_shear": F_xy. "cyclic_shear": F_xy to `strain`, and then
-            `cycles` times to `-strain` and back.
+            `cycles` times to `-strain` and back. "deformation": any F(t), given by `times` and `deformation`.
         strain: Where it ends [1]; tension positive, so that a soil is compressed with a negative number.
         confining: Pressure that the point is brought to first [Pa].
         rate: Strain per time [1/s].
         steps: Steps of the path, or of each part of "cyclic_shear".
         cycles: Of "cyclic_shear".
+        times: Of "deformation": ascending [s], shape (n,).
+        deformation: Of "deformation": the deformation gradients F at these times [1], shape (n, 3, 3), the first one the identity; linear
+            between them, in `steps` steps each.
 
     Returns:
         A row for each step, from the end of the confinement on, where the strains of a law that flows are counted from: time [s], strain
@@ -47,7 +55,11 @@ def point_test(
         triaxial = mp.point_test(sand, "triaxial", strain=-0.1, confining=1e5)
         triaxial["q"] / triaxial["p"]
     """
-    law = material.to_core() if isinstance(material, FunctionLaw) else dict(material)
-    test = {"path": path, "strain": strain, "confining": confining, "rate": rate, "steps": steps, "cycles": cycles}
+    law = material.to_core() if isinstance(material, FunctionLaw) else material if isinstance(material, str) else dict(material)
+    test: dict[str, Any] = {"path": path, "strain": strain, "confining": confining, "rate": rate, "steps": steps, "cycles": cycles}
+    if times is not None:
+        test["times"] = [float(t) for t in np.ravel(np.asarray(times, dtype=float))]
+    if deformation is not None:
+        test["deformation"] = [float(x) for x in np.ravel(np.asarray(deformation, dtype=float))]
     names, units, table = _core.point_test(law, test)
     return History({name: table[row] for row, name in enumerate(names)}, dict(zip(names, units)))

@@ -96,6 +96,7 @@ def class_names() -> list[tuple[str, str, dict[str, Any], str]]:
         "regions": ("", "A region, for bodies and boundaries."),
         "layouts": ("", "A layout, for bodies."),
         "velocities": ("Velocity", "An initial velocity, for bodies."),
+        "initial_stresses": ("Stress", "A stress that a body starts with."),
         "materials": ("", "A material, for bodies."),
         "rules": ("Rule", "How long the next step is, for `Time` and the implicit solver."),
     }
@@ -119,8 +120,9 @@ def class_names() -> list[tuple[str, str, dict[str, Any], str]]:
     return found
 
 
-# (kind of place, type) -> class, for reading case files.
+# type -> class, for reading case files; stresses have names of their own.
 _typed: dict[str, type[Part]] = {}
+_stresses: dict[str, type[Part]] = {}
 _sections: dict[str, type[Part]] = {}
 
 
@@ -136,7 +138,7 @@ def _make_classes() -> None:
         globals()[name] = made
         __all__.append(name)
         if type_name:
-            _typed[type_name] = made
+            (_stresses if name.endswith("Stress") else _typed)[type_name] = made
         else:
             _sections[entry["name"]] = made
 
@@ -147,7 +149,7 @@ _make_classes()
 def part_of(key: str, value: Any) -> Any:
     """A value of a case file with its tables as parts; `key` is the key that it stands under."""
     if isinstance(value, dict):
-        kind = _sections.get(key) or _typed.get(str(value.get("type"))) or None
+        kind = _sections.get(key) or (_stresses if key == "initial_stress" else _typed).get(str(value.get("type"))) or None
         items = {name: part_of(name, item) for name, item in value.items()}
         if kind is None:
             return items

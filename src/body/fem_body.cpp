@@ -53,6 +53,7 @@ FemBody<Dim>::FemBody(const BodySpec& spec, const Basis<Dim>& basis)
     }
     for (Index k = 0; k < functions_; ++k) has_node_[static_cast<std::size_t>(basis.cell_nodes(cell)[k])] = true;
   }
+  points_.start_with(spec);
   if (cells_.empty()) throw InputError("{}: its region contains no cell of the grid; make it larger or the cells smaller", place_of(spec));
   std::vector<Index> row_of_node(n, -1);
   for (std::size_t node = 0; node < n; ++node) {

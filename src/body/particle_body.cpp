@@ -98,7 +98,8 @@ void ParticleBody<Dim, R>::seed(const BodySpec& spec, Grid<Dim, R>& grid) {
   const GridGeometry geometry = grid.geometry();
   SeedingGrid box{Dim, geometry.lower, {}, geometry.cell_size};
   for (int d = 0; d < Dim; ++d) box.upper[static_cast<std::size_t>(d)] = grid.upper(d);
-  const Seeds seeds = fill_body(spec, box);
+  Seeds seeds = fill_body(spec, box);
+  const std::vector<InitialState> start = initial_states(spec, Dim, seeds);
   const std::size_t n = seeds.position.size();
   id_count_ = static_cast<Index>(n);
   const auto [smallest, largest] = std::minmax_element(seeds.volume.begin(), seeds.volume.end());
@@ -162,6 +163,16 @@ void ParticleBody<Dim, R>::seed(const BodySpec& spec, Grid<Dim, R>& grid) {
     at(layout.id) = id_to_bits<R>(p);
     if (layout.volume >= 0) at(layout.volume) = static_cast<R>(seeds.volume[p]);
     for (int s = 0; layout.tau >= 0 && s < k_stress_size<Dim>; ++s) at(layout.tau + s) = static_cast<R>(tau[static_cast<std::size_t>(s)]);
+    if (!start.empty()) {
+      const auto& [F, history] = start[p];
+      for (int r = 0; r < Dim; ++r) {
+        for (int c = 0; c < Dim; ++c) at(layout.F + r * Dim + c) = static_cast<R>(F[static_cast<std::size_t>(3 * r + c)]);
+      }
+      for (int h = 0; h < layout.history_count; ++h) at(layout.history + h) = static_cast<R>(history[static_cast<std::size_t>(h)]);
+      const std::array<Real, 6> carried = components_of(material_->kirchhoff_stress(F, history));
+      for (int s = 0; layout.tau >= 0 && s < k_stress_size<Dim>; ++s)
+        at(layout.tau + s) = static_cast<R>(carried[static_cast<std::size_t>(s)]);
+    }
     blocks_->insert(cells[p], fields.data());
   }
   blocks_->add_to_count(static_cast<Index>(n));

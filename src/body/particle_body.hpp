@@ -202,6 +202,7 @@ class ParticleBody final : public Body<Dim> {
   BodyTotals totals_of(const Particle& p, const Vec3& gravity) const;
   void set_velocity(const std::vector<Real>& values);
   void set_deformation_gradient(const std::vector<Real>& values);
+  void set_stress(const std::vector<Real>& values);
   void set_affine_velocity(const std::vector<Real>& values);
   void set_position(const std::vector<Real>& values);
   /// Kirchhoff stresses [Pa], six components a row, at the deformation gradients F, nine numbers a row, without rates.

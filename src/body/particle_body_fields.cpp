@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "body/fill_body.hpp"
 #include "body/particle_body.hpp"
 #include "body/particle_fields.hpp"
 #include "core/parallel.hpp"
@@ -207,6 +208,7 @@ void ParticleBody<Dim, R>::set_field(const std::string& name, const std::vector<
   if (name == "velocity") set_velocity(values);
   if (name == "position") set_position(values);
   if (name == "deformation_gradient") set_deformation_gradient(values);
+  if (name == "stress") set_stress(values);
   measure_extremes();
 }
 
@@ -305,6 +307,25 @@ void ParticleBody<Dim, R>::set_deformation_gradient(const std::vector<Real>& val
       remembered[h] = static_cast<Real>(fields[(at.history + static_cast<int>(h)) * stride]);
     material_->deform_history(matrix, remembered);
     for (std::size_t h = 0; h < remembered.size(); ++h) fields[(at.history + static_cast<int>(h)) * stride] = static_cast<R>(remembered[h]);
+  });
+}
+
+template <int Dim, class R>
+void ParticleBody<Dim, R>::set_stress(const std::vector<Real>& values) {
+  if (!material_->remembers_strain() && blocks_->layout().u >= 0)
+    throw InputError("body \"{}\": stress cannot be assigned: with formulation = \"total\" the law \"{}\" has it from F", name_,
+                     material_->type());
+  const std::vector<InitialState> states = states_under(name_, *material_, Dim, values);
+  if (!material_->remembers_strain()) {
+    std::vector<Real> F;
+    for (const InitialState& state : states) F.insert(F.end(), state.F.begin(), state.F.end());
+    set_deformation_gradient(F);
+    return;
+  }
+  const SlotLayout<Dim>& at = blocks_->layout();
+  const int strains = at.history_count - static_cast<int>(material_->internal_variables().size());
+  change_each_particle([&](R* fields, int stride, std::size_t row) {
+    for (int h = 0; h < strains; ++h) fields[(at.history + h) * stride] = static_cast<R>(states[row].history[static_cast<std::size_t>(h)]);
   });
 }
 

@@ -5,6 +5,7 @@
 
 #include "core/error.hpp"
 #include "core/tensor.hpp"
+#include "material/spectral.hpp"
 
 namespace matpoint {
 
@@ -16,10 +17,22 @@ struct FieldShape {
   int components;  ///< 0: of a vector.
 };
 /// In the order of ParticleField.
-constexpr FieldShape k_shapes[] = {{"position", "m", 0},   {"velocity", "m/s", 0}, {"stress", "Pa", 6},
-                                   {"von_mises", "Pa", 1}, {"pressure", "Pa", 1},  {"deformation_gradient", "1", 9},
-                                   {"J", "1", 1},          {"id", "1", 1},         {"mass", "kg", 1},
-                                   {"volume", "m^3", 1},   {"body", "1", 1},       {"affine_velocity", "1/s", 9}};
+constexpr FieldShape k_shapes[] = {{"position", "m", 0},
+                                   {"velocity", "m/s", 0},
+                                   {"stress", "Pa", 6},
+                                   {"von_mises", "Pa", 1},
+                                   {"pressure", "Pa", 1},
+                                   {"deformation_gradient", "1", 9},
+                                   {"J", "1", 1},
+                                   {"id", "1", 1},
+                                   {"mass", "kg", 1},
+                                   {"volume", "m^3", 1},
+                                   {"body", "1", 1},
+                                   {"density", "kg/m^3", 1},
+                                   {"principal_stress", "Pa", 3},
+                                   {"stress_ratio", "1", 1},
+                                   {"equivalent_strain", "1", 1},
+                                   {"affine_velocity", "1/s", 9}};
 
 [[noreturn]] void fail_unknown_field(const std::string& body, const std::string& name, const std::vector<std::string>& known) {
   throw InputError("body \"{}\" has no field \"{}\", it has {}{}", body, name, list_names(known), did_you_mean(name, known));
@@ -70,8 +83,8 @@ WantedFields prepare_fields(const std::string& body, const Material& material, i
       fail_unknown_field(body, names[i], known);
     const auto kind = static_cast<ParticleField>(shape - std::begin(k_shapes));
     wanted.kinds.push_back(kind);
-    wanted.needs_stress =
-        wanted.needs_stress || kind == ParticleField::stress || kind == ParticleField::von_mises || kind == ParticleField::pressure;
+    wanted.needs_stress = wanted.needs_stress || kind == ParticleField::stress || kind == ParticleField::von_mises ||
+                          kind == ParticleField::pressure || kind == ParticleField::principal_stress || kind == ParticleField::stress_ratio;
     fields[i].name = shape->name;
     fields[i].unit = shape->unit;
     fields[i].components = shape->components > 0 ? shape->components : vector_size;
@@ -86,6 +99,33 @@ Real von_mises(const std::array<Real, 6>& s) {
   const Real yy = s[1] - mean;
   const Real zz = s[2] - mean;
   return std::sqrt(1.5 * (xx * xx + yy * yy + zz * zz) + 3 * (s[3] * s[3] + s[4] * s[4] + s[5] * s[5]));
+}
+
+std::array<Real, 3> principal_stresses(const std::array<Real, 6>& s) {
+  Mat3<Real> matrix;
+  for (int d = 0; d < 3; ++d) matrix(d, d) = s[static_cast<std::size_t>(d)];
+  matrix(0, 1) = matrix(1, 0) = s[3];
+  matrix(1, 2) = matrix(2, 1) = s[4];
+  matrix(0, 2) = matrix(2, 0) = s[5];
+  const Spectrum<Real, false> spectrum(matrix);
+  std::array<Real, 3> values = {spectrum.value[0], spectrum.value[1], spectrum.value[2]};
+  std::sort(values.begin(), values.end());
+  return values;
+}
+
+Real stress_ratio(const std::array<Real, 6>& s) {
+  const Real p = -(s[0] + s[1] + s[2]) / 3;
+  return p > 0 ? von_mises(s) / p : 0;
+}
+
+Real equivalent_strain(const Material::Matrix& F) {
+  Mat3<Real> matrix;
+  std::copy(F.begin(), F.end(), matrix.entries);
+  const Spectrum<Real, false> spectrum(left_cauchy_green_minus_identity(matrix));
+  const Real mean = (spectrum.half_log[0] + spectrum.half_log[1] + spectrum.half_log[2]) / 3;
+  Real squared = 0;
+  for (const Real e : spectrum.half_log) squared += (e - mean) * (e - mean);
+  return std::sqrt(squared * (2.0 / 3));
 }
 
 void add(BodyTotals& sum, const BodyTotals& part) {
@@ -150,12 +190,14 @@ void check_assigned_field(const std::string& body, const std::string& name, Inde
   const std::vector<std::string>& names = particle_field_names();
   if (std::find(names.begin(), names.end(), name) == names.end()) fail_unknown_field(body, name, names);
   const auto refuse = [&](const char* reason) { throw InputError("body \"{}\": {} cannot be assigned: {}", body, name, reason); };
-  if (name == "stress" || name == "von_mises" || name == "pressure")
-    refuse("the stress follows from the deformation; assign deformation_gradient");
-  if (name == "J" || name == "volume") refuse("the volume follows from the deformation; assign deformation_gradient");
+  for (const char* one : {"von_mises", "pressure", "principal_stress", "stress_ratio"}) {
+    if (name == one) refuse("it follows from the stress; assign stress, which the material is brought to, or deformation_gradient");
+  }
+  if (name == "J" || name == "volume" || name == "density" || name == "equivalent_strain")
+    refuse("the volume follows from the deformation; assign deformation_gradient");
   if (name == "mass") refuse("particles keep their mass; the material's density and the layout's volumes decide it");
   if (name == "id" || name == "body") refuse("particles keep their numbers");
-  const std::size_t components = name == "deformation_gradient" ? 9 : static_cast<std::size_t>(dim);
+  const std::size_t components = name == "deformation_gradient" ? 9 : name == "stress" ? 6 : static_cast<std::size_t>(dim);
   if (values.size() != static_cast<std::size_t>(count) * components) {
     throw InputError("body \"{}\": {} needs {} numbers for each of its {} particles, got {} numbers", body, name, components, count,
                      values.size());

@@ -23,6 +23,10 @@ enum class ParticleField {
   mass,
   volume,
   body,
+  density,
+  principal_stress,
+  stress_ratio,
+  equivalent_strain,
   affine_velocity
 };
 
@@ -32,6 +36,12 @@ const std::vector<std::string>& particle_field_names();
 std::vector<std::string> particle_field_names(const Material& material);
 
 Real von_mises(const std::array<Real, 6>& sigma);
+/// Ascending.
+std::array<Real, 3> principal_stresses(const std::array<Real, 6>& sigma);
+/// q/p, von Mises' stress over the pressure; 0 where there is no pressure.
+Real stress_ratio(const std::array<Real, 6>& sigma);
+/// sqrt(2/3) |dev ln V| of F = V R.
+Real equivalent_strain(const Material::Matrix& F);
 inline Real determinant_of(const Material::Matrix& F) {
   return F[0] * (F[4] * F[8] - F[5] * F[7]) - F[1] * (F[3] * F[8] - F[5] * F[6]) + F[2] * (F[3] * F[7] - F[4] * F[6]);
 }
@@ -120,6 +130,10 @@ void gather_fields(const Of& of, const WantedFields& wanted, Real density, std::
         case ParticleField::mass: *to = of.volume0(p) * density; break;
         case ParticleField::volume: *to = J * of.volume0(p); break;
         case ParticleField::body: *to = static_cast<Real>(body); break;
+        case ParticleField::density: *to = density / J; break;
+        case ParticleField::principal_stress: copy(principal_stresses(sigma)); break;
+        case ParticleField::stress_ratio: *to = stress_ratio(sigma); break;
+        case ParticleField::equivalent_strain: *to = equivalent_strain(F); break;
         case ParticleField::affine_velocity: copy(of.affine_velocity(p)); break;
       }
     }

@@ -51,7 +51,8 @@ void PointBody<Dim>::add_point(const Vec<Dim>& x, Real volume) {
 
 template <int Dim>
 PointBody<Dim>::PointBody(const BodySpec& spec, const SeedingGrid& grid) : name_(spec.name), material_(spec.material) {
-  const Seeds seeds = fill_body(spec, grid);
+  Seeds seeds = fill_body(spec, grid);
+  const std::vector<InitialState> start = initial_states(spec, Dim, seeds);
   const std::size_t n = seeds.position.size();
   position.resize(n);
   velocity.resize(n);
@@ -71,13 +72,34 @@ PointBody<Dim>::PointBody(const BodySpec& spec, const SeedingGrid& grid) : name_
   }
   total_mass_ = std::accumulate(mass.begin(), mass.end(), Real{0});
   if (material_->is_rate_dependent()) tau.resize(6 * n);
+  take_states(start);
+  reset_stress();
+}
+
+template <int Dim>
+void PointBody<Dim>::take_states(const std::vector<InitialState>& start) {
+  const auto count_of = static_cast<std::size_t>(material_->history_size(Dim));
+  for (std::size_t p = 0; p < start.size(); ++p) {
+    for (std::size_t r = 0; r < Dim; ++r) {
+      for (std::size_t c = 0; c < Dim; ++c) F[(p * Dim + r) * Dim + c] = start[p].F[3 * r + c];
+    }
+    std::copy(start[p].history.begin(), start[p].history.end(), history.begin() + static_cast<std::ptrdiff_t>(p * count_of));
+  }
+}
+
+template <int Dim>
+void PointBody<Dim>::start_with(const BodySpec& spec) {
+  Seeds seeds;
+  seeds.volume = volume0;
+  for (std::size_t p = 0; p < static_cast<std::size_t>(count()); ++p) seeds.position.push_back(row_position(p));
+  take_states(initial_states(spec, Dim, seeds));
   reset_stress();
 }
 
 template <int Dim>
 void PointBody<Dim>::reset_stress() {
   for (std::size_t p = 0; 6 * p < tau.size(); ++p) {
-    const std::array<Real, 6> one = components_of(material_->kirchhoff_stress(row_deformation_gradient(p)));
+    const std::array<Real, 6> one = components_of(material_->kirchhoff_stress(row_deformation_gradient(p), row_history(p)));
     std::copy(one.begin(), one.end(), tau.begin() + static_cast<std::ptrdiff_t>(6 * p));
   }
 }
@@ -165,6 +187,22 @@ void PointBody<Dim>::set_field(const std::string& name, const std::vector<Real>&
         for (std::size_t c = 0; c < Dim; ++c) F[(p * Dim + r) * Dim + c] = values[9 * p + 3 * r + c];
       }
     }
+  }
+  if (name == "stress") {
+    const std::vector<InitialState> states = states_under(name_, *material_, Dim, values);
+    const auto size = static_cast<std::size_t>(material_->history_size(Dim));
+    const std::size_t strains = size - material_->internal_variables().size();
+    for (std::size_t p = 0; p < states.size(); ++p) {
+      if (material_->remembers_strain()) {
+        std::copy_n(states[p].history.begin(), strains, history.begin() + static_cast<std::ptrdiff_t>(p * size));
+        continue;
+      }
+      for (std::size_t r = 0; r < Dim; ++r) {
+        for (std::size_t c = 0; c < Dim; ++c) F[(p * Dim + r) * Dim + c] = states[p].F[3 * r + c];
+      }
+      material_->deform_history(states[p].F, {history.data() + p * size, size});
+    }
+    reset_stress();
   }
   if (name != "deformation_gradient") return;
   // At rest: the rate of the last step belongs to another state.

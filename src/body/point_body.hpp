@@ -4,6 +4,7 @@
 #include "body/particle_fields.hpp"
 #include "case/body_spec.hpp"
 #include "geometry/layout.hpp"
+#include "material/initial_state.hpp"
 #include "material/material.hpp"
 #include "solver/ledger.hpp"
 #include "solver/report.hpp"
@@ -19,6 +20,8 @@ class PointBody {
   explicit PointBody(const BodySpec& spec);
   /// Another point, at rest and undeformed, at x [m] with the reference volume [m^3].
   void add_point(const Vec<Dim>& x, Real volume);
+  /// With the initial stress of the body, if it has one.
+  void start_with(const BodySpec& spec);
 
   const std::string& name() const { return name_; }
   const Material& material() const { return *material_; }
@@ -55,6 +58,7 @@ class PointBody {
   struct Rows;
 
   void reset_stress();
+  void take_states(const std::vector<InitialState>& start);
 
   std::string name_;
   std::shared_ptr<Material> material_;

@@ -1,6 +1,7 @@
 #include "case/body_spec.hpp"
 
 #include "case/case_reading.hpp"
+#include "material/parameter_sets.hpp"
 
 namespace matpoint {
 
@@ -57,7 +58,18 @@ void BodySpec::declare(ParameterTable<BodySpec>& table) {
         false);
   typed(table, "layout", &BodySpec::layout, layout_registry, "How particles fill the region; a body of elements has none.", false);
   typed(table, "velocity", &BodySpec::velocity, velocity_registry, "Initial velocity; without it the body is at rest.", false);
-  typed(table, "material", &BodySpec::material, material_registry, "The constitutive law with its parameters.", true);
+  table.custom(
+      {"material", "1", "table with a type, or a name", "", list_names(material_registry().names()),
+       "The constitutive law with its parameters, or the name of a parameter set (`matpoint list parameter_sets`).", true},
+      [](BodySpec& body, const Input& input, const ReadContext& context) {
+        body.material = material_registry().read(material_table(input, context), context, "material");
+      },
+      [](const BodySpec& body, int dim) -> std::optional<Input> {
+        if (!body.material) return std::nullopt;
+        return body.material->write(dim);
+      });
+  typed(table, "initial_stress", &BodySpec::initial_stress, initial_stress_registry,
+        "Stress that it starts with; without it the material is at rest.", false);
   table.optional("weight_density", "kg/m^3", &BodySpec::weight_density, non_negative(),
                  "Of a body of elements: the density that gravity acts on; without it the material's.");
   table.custom(

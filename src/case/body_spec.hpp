@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "case/initial_stress.hpp"
 #include "core/parameters.hpp"
 #include "geometry/layout.hpp"
 #include "geometry/region.hpp"
@@ -29,6 +30,7 @@ struct BodySpec {
   std::shared_ptr<Layout> layout;
   std::shared_ptr<VelocityField> velocity;  ///< Null: at rest.
   std::shared_ptr<Material> material;
+  std::shared_ptr<InitialStress> initial_stress;  ///< Null: none but what the material has at rest.
   std::optional<Real> weight_density;  ///< Of a body of elements: what gravity acts on [kg/m^3]; without it the material's density.
   Real receding_correction = 0;        ///< Of a body of elements: C_c of its faces [1].
   std::string place;                   ///< Where the body stands in the case file, for messages.

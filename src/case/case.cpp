@@ -223,6 +223,7 @@ Case Case::from_input(const Input& input, const std::string& name) {
   parameters_of<Case>().read(input, context, problem);
   choose_scheme(problem, input);
   check_together(problem);
+  resolve_initial_stresses(problem);
   check_gravity_table(problem, input);
   check_for_solver(problem, input);
   check_output_times(problem, input);

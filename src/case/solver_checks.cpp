@@ -352,7 +352,10 @@ void choose_scheme(Case& problem, const Input& input) {
   if (!is_given(given, "shape")) {
     const bool needs_linear = !problem.grid.periodic.empty() || problem.output.grid || solver.contact == ContactMethod::multi_field;
     // Fluids need the smoothest pressures, solids functions that end where they are held (docs/choices.md has the measurements).
-    solver.shape = needs_linear ? ShapeKind::linear : has_fluid || has_loose ? ShapeKind::bspline2 : ShapeKind::gimp;
+    // GIMP's functions integrate a stress that is linear in the depth exactly, also at surfaces and walls: ground at rest stays at rest.
+    const bool is_resting =
+        std::any_of(problem.bodies.begin(), problem.bodies.end(), [](const BodySpec& body) { return body.initial_stress != nullptr; });
+    solver.shape = needs_linear ? ShapeKind::linear : has_fluid || (has_loose && !is_resting) ? ShapeKind::bspline2 : ShapeKind::gimp;
   }
   // FLIP keeps velocities that the grid does not see, and grains have nothing that damps them: single ones are shaken loose, and what
   // should lie still goes on moving. Affine velocities need smooth functions, and APIC's slopes functions of their own in each direction.

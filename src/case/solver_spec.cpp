@@ -55,13 +55,15 @@ void SolverSpec::declare(ParameterTable<SolverSpec>& table) {
        {"cpdi", ShapeKind::cpdi}},
       "Shape functions of the grid: linear, quadratic or cubic B-splines that are clamped at the sides, or linear averaged over the "
       "particles' domains, which keep their shape (gimp: uGIMP) or deform with the particles (cpdi). Where none is given: linear with "
-      "periodic sides, output.grid or contact = \"multi_field\", else bspline2 where something flows (fluids, soils, grains, muds), else gimp.");
+      "periodic sides, output.grid or contact = \"multi_field\", else bspline2 where something flows (fluids, soils, grains, muds), else "
+      "gimp.");
   table.choice(
       "transfer", &SolverSpec::transfer,
       {{"flip", Transfer::flip}, {"pic", Transfer::pic}, {"apic", Transfer::apic}, {"tpic", Transfer::tpic}, {"fmpm", Transfer::fmpm}},
       "How velocities reach the particles: their changes (flip), themselves (pic), with an affine part (apic, tpic), or by a better "
       "inverse "
-      "of the mass matrix (fmpm). Where none is given: apic where there are soils, grains or muds and the shape is not linear (tpic with cpdi), else flip.");
+      "of the mass matrix (fmpm). Where none is given: apic where there are soils, grains or muds and the shape is not linear (tpic with "
+      "cpdi), else flip.");
   table.custom(
       {"flip", "1", "number", "1", "0 <= value <= 1", "Of transfer = \"flip\": its share in the particles' velocity; the rest is PIC.",
        false},

@@ -77,6 +77,18 @@ struct CamClay : FlowLaw<CamClay, ClayParameters> {
     return T((T(pressure_offset / kappa_star) * exp(exponent(theta)) + T(4.0 / 3 * mu())) * (T(1.0) - min(T(0.0), theta)));
   }
 
+  /// The history of clay that has carried `ratio` times its present load: pc = ratio (p + q^2/(M^2 p)).
+  template <class M, class H>
+  void consolidate(H& history, Real ratio) const {
+    const M tau = this->stress_of(M::identity(), history);
+    const Real p = -trace(tau) / 3;
+    const M s = deviator(tau);
+    if (!(p > 0)) return;
+    const Real q_squared = 1.5 * contract(s, s);
+    const Real pc = ratio * (p + q_squared / (critical_slope * critical_slope * p));
+    history.internal.plastic_volume_strain = (lambda_star - kappa_star) * std::log(pc / preconsolidation);
+  }
+
   template <class State, class T>
   void flow(State& p, const Internal<T>& old, Internal<T>& updated, Real /*dt*/) const {
     const Real G = mu(), M = critical_slope;

@@ -83,6 +83,7 @@ using Principal = Strain<T, 3>;
 template <class Law, class Parameters = ElasticParameters>
 struct FlowLaw : Parameters {
   static constexpr bool has_state = true;
+  static constexpr bool remembers_strain = true;
 
   template <class T, bool is_plane>
   struct History {

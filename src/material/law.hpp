@@ -105,6 +105,13 @@ inline M kirchhoff_stress_of(const Law& law, const Kinematics<M>& k, const Histo
   }
 }
 
+/// Whether the law remembers its elastic strain, `static constexpr bool remembers_strain = true;`, so that its stress does not follow from
+/// F.
+template <class Law>
+constexpr bool k_remembers_strain = requires {
+  requires Law::remembers_strain;
+};
+
 /// Whether the law says that its stress depends on the step, too, `static constexpr bool is_rate_dependent = true;`.
 template <class Law>
 constexpr bool k_says_rate_dependent = requires {

@@ -24,6 +24,7 @@ class LawMaterial final : public Material {
   int history_size(int dim) const override { return dim == 2 ? k_history_size<Law, true> : k_history_size<Law, false>; }
   bool is_rate_dependent() const override { return k_is_rate_dependent<Law>; }
   bool has_state() const override { return k_has_state<Law>; }
+  bool remembers_strain() const override { return k_remembers_strain<Law>; }
   bool is_plastic() const override { return k_has_state<Law> && !k_is_viscous<Law>; }
   bool flows_freely() const override { return k_flows_freely<Law>; }
   bool is_symmetric() const override { return k_is_symmetric<Law>; }
@@ -69,6 +70,15 @@ class LawMaterial final : public Material {
         law.deform(to_mat3(F), *reinterpret_cast<typename LawHistory<Law, Real>::Type*>(history.data()));
     }
   }
+  bool consolidates() const override { return k_consolidates; }
+  void consolidate([[maybe_unused]] std::span<Real> history, [[maybe_unused]] Real ratio) const override {
+    if constexpr (k_consolidates) {
+      if (history.size() == static_cast<std::size_t>(k_history_size<Law, true>))
+        law.template consolidate<Mat3<Real, true>>(*reinterpret_cast<typename LawHistory<Law, Real, true>::Type*>(history.data()), ratio);
+      else
+        law.template consolidate<Mat3<Real>>(*reinterpret_cast<typename LawHistory<Law, Real>::Type*>(history.data()), ratio);
+    }
+  }
   bool needs_length() const override {
     if constexpr (requires { law.length; })
       return !law.length;
@@ -102,6 +112,10 @@ class LawMaterial final : public Material {
   Input write(int dim) const override { return write_typed(law, dim); }
 
  private:
+  static constexpr bool k_consolidates = requires(const Law& one, typename LawHistory<Law, Real>::Type& history) {
+    one.template consolidate<Mat3<Real>>(history, Real{1});
+  };
+
   /// f(F, history) of a law with a state; where `history` is empty, of a point that was brought to F elastically.
   template <class Function>
   auto of_state(const Matrix& F, std::span<const Real> history, Function&& f) const {

@@ -2,6 +2,7 @@
 // (law.hpp says how); this is its face at run time. The solver does not call it per particle: it takes the law's kernel, once.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <span>
 #include <vector>
@@ -32,6 +33,8 @@ class Material {
   virtual bool is_rate_dependent() const = 0;
   /// Whether stress and energy follow from F and the history (law.hpp).
   virtual bool has_state() const { return false; }
+  /// Whether it remembers its elastic strain, so that F may count from any state.
+  virtual bool remembers_strain() const { return false; }
   /// Whether what it dissipates is plastic, or goes into breaking, and not viscous.
   virtual bool is_plastic() const { return false; }
   /// Whether what it describes flows without limit, as soils, grains and muds do.
@@ -60,6 +63,10 @@ class Material {
   /// The history of a point that was brought to F elastically; what else it remembers stays. Only for laws with a state.
   virtual void deform_history(const Matrix& /*F*/, std::span<Real> /*history*/) const {}
 
+  /// Whether it remembers the greatest pressure that it carried; and its history where that is `ratio` times the present one.
+  virtual bool consolidates() const { return false; }
+  virtual void consolidate(std::span<Real> /*history*/, Real /*ratio*/) const {}
+
   /// Speed of pressure waves [m/s] at volume ratio J [1], for the stable time step.
   virtual Real wave_speed(Real J) const = 0;
   /// Whether it has a `length` that is to be the cell size, since none is given; and the same material with that length. Throws InputError
@@ -86,5 +93,8 @@ inline std::array<Real, 6> components_of(const Material::Matrix& m) { return {m[
 
 /// All laws that case files and Python can name. A new law adds its name to laws.hpp.
 const TypeRegistry<Material>& material_registry();
+
+/// What they remember and outputs can name, with the laws that do.
+const std::map<std::string, std::vector<std::string>>& material_variables();
 
 }  // namespace matpoint

@@ -110,8 +110,8 @@ void MaterialPoint::press(Real pressure) {
 std::array<Real, 6> MaterialPoint::stress_at(const Material::Matrix& F, Real dt) const { return step_to(F, dt).stress; }
 
 const std::vector<std::string>& point_test_paths() {
-  static const std::vector<std::string> names = {"uniaxial_strain", "uniaxial_stress", "triaxial",     "triaxial_undrained",
-                                                 "biaxial",         "isotropic",       "simple_shear", "cyclic_shear"};
+  static const std::vector<std::string> names = {"uniaxial_strain", "uniaxial_stress", "triaxial",     "triaxial_undrained", "biaxial",
+                                                 "isotropic",       "simple_shear",    "cyclic_shear", "deformation"};
   return names;
 }
 
@@ -123,6 +123,9 @@ void PointTestSpec::declare(ParameterTable<PointTestSpec>& table) {
   table.optional("rate", "1/s", &PointTestSpec::rate, positive(), "Strain per time.");
   table.optional("steps", "1", &PointTestSpec::steps, between_closed(1, 1e6), "Steps of the path, or of each of its parts.");
   table.optional("cycles", "1", &PointTestSpec::cycles, between_closed(1, 1e4), "Of cyclic_shear.");
+  table.optional("times", "s", &PointTestSpec::times, non_negative(), "Of deformation: ascending, from 0 on.");
+  table.optional("deformation", "1", &PointTestSpec::deformation, any_number(),
+                 "Of deformation: F at these times, 9 numbers each, row by row; linear between them.");
 }
 
 namespace {
@@ -146,6 +149,10 @@ class Test {
     start_ = point_.F();
     record(0);
     const std::string& path = spec_.path;
+    if (path == "deformation") {
+      follow();
+      return std::move(result_);
+    }
     if (path == "simple_shear" || path == "cyclic_shear") {
       std::vector<Real> turns = {spec_.strain};
       for (int cycle = 0; path == "cyclic_shear" && cycle < spec_.cycles; ++cycle) {
@@ -206,6 +213,31 @@ class Test {
     return held([&](Real log) { return diagonal(x, y0 * std::exp(log), z0 * std::exp(log)); });
   }
 
+  /// The given F, on top of the confinement.
+  void follow() {
+    const Mat3<Real> start = to_mat3(start_);
+    for (std::size_t i = 1; i < spec_.times.size(); ++i) {
+      const Real dt = (spec_.times[i] - spec_.times[i - 1]) / spec_.steps;
+      for (int n = 1; n <= spec_.steps; ++n) {
+        Mat3<Real> F;
+        for (std::size_t k = 0; k < 9; ++k) {
+          const Real from = spec_.deformation[9 * i - 9 + k], to = spec_.deformation[9 * i + k];
+          F.entries[k] = from + (to - from) * n / spec_.steps;
+        }
+        F = F * start;
+        Material::Matrix matrix;
+        std::copy(F.entries, F.entries + 9, matrix.begin());
+        time_ += dt;
+        try {
+          point_.move_to(matrix, dt);
+        } catch (const SolverError& error) {
+          throw SolverError("deformation at t = {:.6g} s: {}", time_, error.what());
+        }
+        record(F.entries[0] - 1);
+      }
+    }
+  }
+
   template <class F_of>
   void drive(Real from, Real to, F_of&& F_of_strain) {
     const Real dt = std::max(std::abs(to - from), Real{1e-300}) / spec_.rate / spec_.steps;
@@ -253,6 +285,21 @@ PointTestResult run_point_test(std::shared_ptr<const Material> material, const P
   const std::vector<std::string>& paths = point_test_paths();
   if (std::find(paths.begin(), paths.end(), spec.path) == paths.end()) {
     throw InputError("path = \"{}\" is unknown, allowed: {}{}", printable(spec.path), list_names(paths), did_you_mean(spec.path, paths));
+  }
+  const bool is_followed = spec.path == "deformation";
+  if (is_followed && (spec.times.size() < 2 || spec.deformation.size() != 9 * spec.times.size())) {
+    throw InputError("path = \"deformation\" needs two times or more, and 9 numbers of deformation for each; got {} times and {} numbers",
+                     spec.times.size(), spec.deformation.size());
+  }
+  for (std::size_t i = 1; i < spec.times.size(); ++i) {
+    if (!is_followed) throw InputError("times are for path = \"deformation\", and path = \"{}\"", spec.path);
+    if (!(spec.times[i] > spec.times[i - 1])) throw InputError("times must ascend: {} is followed by {}", spec.times[i - 1], spec.times[i]);
+  }
+  if (is_followed) {
+    for (int k = 0; k < 9; ++k) {
+      if (std::abs(spec.deformation[static_cast<std::size_t>(k)] - (k % 4 == 0 ? 1 : 0)) > 1e-12)
+        throw InputError("the first deformation must be the identity: the point starts there");
+    }
   }
   return Test(std::move(material), spec).run();
 }

@@ -54,6 +54,7 @@ class MaterialPoint {
 ///   isotropic             ln J driven
 ///   simple_shear          F_xy driven
 ///   cyclic_shear          F_xy driven to `strain` and to -strain, `cycles` times
+///   deformation           F is `deformation` at `times`, linear between them
 struct PointTestSpec {
   std::string path = "uniaxial_strain";
   Real strain = 0.1;   ///< Where it ends [1], tension positive.
@@ -61,6 +62,8 @@ struct PointTestSpec {
   Real rate = 1;       ///< Strain per time [1/s].
   int steps = 200;     ///< Of the path, or of each of its parts.
   int cycles = 3;
+  std::vector<Real> times;        ///< [s]
+  std::vector<Real> deformation;  ///< F at these times [1], 9 numbers each, row by row.
   static void declare(ParameterTable<PointTestSpec>& table);
 };
 const std::vector<std::string>& point_test_paths();

@@ -1,8 +1,13 @@
 #include "run/risks.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
 
 #include "core/error.hpp"
+#include "material/initial_state.hpp"
+#include "run/make_solver.hpp"
 
 namespace matpoint {
 namespace {
@@ -154,11 +159,74 @@ void find_walls_that_do_not_hold(const Case& problem, const Solver& solver, std:
   }
 }
 
+/// Stresses at the start that the material cannot carry: it flows in the first step.
+void find_stresses_that_yield(const Case& problem, const Solver& solver, std::vector<std::string>& risks) {
+  constexpr Real k_yields = 1e-6;
+  for (std::size_t b = 0; b < problem.bodies.size(); ++b) {
+    const BodySpec& body = problem.bodies[b];
+    if (!body.initial_stress || !body.material->has_state()) continue;
+    const auto dim = static_cast<std::size_t>(problem.dim);
+    const std::vector<Real> x = solver.field(b, "position").values;
+    std::map<std::array<Real, 6>, Real> known;
+    Index count = 0;
+    Real worst = 0;
+    Vec3 where{};
+    for (std::size_t p = 0; dim * p < x.size(); ++p) {
+      Vec3 place{};
+      std::copy_n(x.begin() + static_cast<std::ptrdiff_t>(dim * p), dim, place.begin());
+      const std::array<Real, 6> stress = body.initial_stress->at(place);
+      const auto [at, is_new] = known.emplace(stress, 0);
+      if (is_new) {
+        const InitialState state = initial_state(*body.material, problem.dim, stress, body.initial_stress->overconsolidation);
+        at->second = yields_by(*body.material, problem.dim, state);
+      }
+      if (at->second <= k_yields) continue;
+      ++count;
+      if (at->second <= worst) continue;
+      worst = at->second;
+      where = place;
+    }
+    if (count == 0) continue;
+    risks.push_back(
+        fmt::format("body \"{}\": its initial stress is beyond the yield surface of \"{}\" at {} of {} particles, most at [{:.4g}], where "
+                    "it loses {:.2g} "
+                    "% at once; take K0 nearer to 1, or a stronger material",
+                    body.name, body.material->type(), count, solver.particle_count(b),
+                    fmt::join(where.begin(), where.begin() + problem.dim, ", "), 100 * worst));
+  }
+}
+
+/// How far the start is from equilibrium, where it was meant to be in it: one step of another solver tells.
+void find_start_out_of_balance(const Case& problem, const Solver& solver, std::vector<std::string>& risks) {
+  constexpr Real k_balanced = 0.05;  // of gravity: the rows at a surface and at a wall are out of balance by less
+  const Real g = std::sqrt(std::inner_product(problem.gravity.begin(), problem.gravity.end(), problem.gravity.begin(), Real{0}));
+  bool is_meant = g > 0 && problem.gravity_times.empty();
+  for (const BodySpec& body : problem.bodies) is_meant = is_meant && body.initial_stress && !body.velocity;
+  if (!is_meant) return;
+  const std::unique_ptr<Solver> trial = make_solver(problem);
+  const Real dt = 0.1 * trial->stable_dt();
+  trial->step(0, dt);
+  for (std::size_t b = 0; b < problem.bodies.size(); ++b) {
+    const BodyTotals totals = trial->totals(b);
+    Real squared = 0;
+    for (std::size_t d = 0; d < 3; ++d) squared += totals.momentum[d] * totals.momentum[d];
+    const Real acceleration = std::sqrt(squared) / (totals.mass * dt * g);
+    if (acceleration <= k_balanced) continue;
+    risks.push_back(
+        fmt::format("body \"{}\" starts out of balance: its initial stress leaves {:.2g} of gravity; take type = \"geostatic\" for all "
+                    "bodies, hold its "
+                    "sides (kind = \"slip\"), or leave the stress out",
+                    solver.body_name(b), acceleration));
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> risks_of(const Case& problem, const Solver& solver) {
   std::vector<std::string> risks;
+  find_stresses_that_yield(problem, solver, risks);
   if (problem.is_implicit()) return risks;
+  find_start_out_of_balance(problem, solver, risks);
   std::vector<std::vector<CellShare>> shares;
   for (std::size_t b = 0; b < solver.body_count(); ++b) shares.push_back(shares_of(solver, b));
   find_overlaps(solver, shares, risks);

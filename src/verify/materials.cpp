@@ -240,6 +240,7 @@ void add_materials(VerifySuite& suite) {
   add_waves(suite);
   add_grains(suite);
   add_flows(suite);
+  add_states(suite);
 }
 
 }  // namespace matpoint
