@@ -47,7 +47,7 @@ def run() -> mp.Simulation:
 
 def profile(simulation: mp.Simulation, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Places and values of a field of both gases, from left to right."""
-    bodies = [simulation[body] for body in ("left", "right")]
+    bodies = [simulation.bodies[body] for body in ("left", "right")]
     x = np.concatenate([body.position[:, 0] for body in bodies])
     values = np.concatenate([np.asarray(body.field(name)) for body in bodies])
     order = np.argsort(x)

@@ -363,12 +363,16 @@ void choose_scheme(Case& problem, const Input& input) {
       !is_given(given, "co_rotating"))
     solver.transfer = solver.shape == ShapeKind::cpdi ? Transfer::tpic : Transfer::apic;
   if (solver.quality_cfl && !problem.time.dt && !is_given(section_of(input, "time"), "cfl")) problem.time.cfl = *solver.quality_cfl;
-  // Linear shapes are the textbook's scheme, and stay that.
-  if (!solver.co_rotating)
-    solver.co_rotating = solver.shape != ShapeKind::linear && solver.transfer == Transfer::flip && solver.stress_order != StressOrder::usf;
   // The correction moves volume without its energy, which a gas has.
   const bool has_gas =
       std::any_of(problem.bodies.begin(), problem.bodies.end(), [](const BodySpec& body) { return body.material->is_gas(); });
+  // The energy of a gas follows the work of a step to first order: shocks are 1.2 % off with steps of 0.4, 0.7 % with 0.2 of the stable
+  // one.
+  constexpr Real k_gas_cfl = 0.2;
+  if (has_gas && !problem.time.dt && !is_given(section_of(input, "time"), "cfl")) problem.time.cfl = std::min(problem.time.cfl, k_gas_cfl);
+  // Linear shapes are the textbook's scheme, and stay that.
+  if (!solver.co_rotating)
+    solver.co_rotating = solver.shape != ShapeKind::linear && solver.transfer == Transfer::flip && solver.stress_order != StressOrder::usf;
   if (!solver.fluid_correction) solver.fluid_correction = has_fluid && !has_gas && is_smooth(solver.shape);
 }
 

@@ -64,7 +64,7 @@ class LawMaterial final : public Material {
   }
   void deform_history(const Matrix& F, std::span<Real> history) const override {
     if constexpr (k_has_state<Law>) {
-      if (history.size() == static_cast<std::size_t>(k_history_size<Law, true>))
+      if (is_plane(history.size()))
         law.deform(plane_of(F), *reinterpret_cast<typename LawHistory<Law, Real, true>::Type*>(history.data()));
       else
         law.deform(to_mat3(F), *reinterpret_cast<typename LawHistory<Law, Real>::Type*>(history.data()));
@@ -73,7 +73,7 @@ class LawMaterial final : public Material {
   bool consolidates() const override { return k_consolidates; }
   void consolidate([[maybe_unused]] std::span<Real> history, [[maybe_unused]] Real ratio) const override {
     if constexpr (k_consolidates) {
-      if (history.size() == static_cast<std::size_t>(k_history_size<Law, true>))
+      if (is_plane(history.size()))
         law.template consolidate<Mat3<Real, true>>(*reinterpret_cast<typename LawHistory<Law, Real, true>::Type*>(history.data()), ratio);
       else
         law.template consolidate<Mat3<Real>>(*reinterpret_cast<typename LawHistory<Law, Real>::Type*>(history.data()), ratio);
@@ -124,7 +124,7 @@ class LawMaterial final : public Material {
     if constexpr (std::is_empty_v<Full>) {
       return f(to_mat3(F), Full{});
     } else {
-      if (history.size() == static_cast<std::size_t>(k_history_size<Law, true>))
+      if (is_plane(history.size()))
         return f(plane_of(F), *reinterpret_cast<const Plane*>(history.data()));
       if (!history.empty()) return f(to_mat3(F), *reinterpret_cast<const Full*>(history.data()));
       Full brought{};
@@ -133,8 +133,12 @@ class LawMaterial final : public Material {
     }
   }
   static Mat3<Real, true> plane_of(const Matrix& F) { return {{F[0], F[1], F[3], F[4], F[8]}}; }
-  template <bool is_plane>
-  static Matrix to_matrix(const Mat3<Real, is_plane>& a) {
+  /// Whether a history of that size is one of plane strain. Where both are as long, F tells, and is 0 out of the plane.
+  static bool is_plane(std::size_t size) {
+    return k_history_size<Law, true> != k_history_size<Law, false> && size == static_cast<std::size_t>(k_history_size<Law, true>);
+  }
+  template <bool plane>
+  static Matrix to_matrix(const Mat3<Real, plane>& a) {
     Matrix result{};
     for (int r = 0; r < 3; ++r) {
       for (int c = 0; c < 3; ++c) {

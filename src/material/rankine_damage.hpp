@@ -12,6 +12,7 @@ namespace matpoint {
 /// carry. With the greatest of all times k = max <sigma_1>/E of the undamaged stress,
 ///   d = 1 - (k0/k) exp(-(k - k0)/kf),   k0 = ft/E,   kf = Gf/(h ft) - k0/2 > 0,
 /// so that a row of cells of the size h takes the energy Gf to break, whatever h is; h < 2 E Gf/ft^2, or it would snap back.
+/// What a step dissipates is its work less what is stored; where tension and pressure mix, a broken point may give a little back.
 /// Sources: Oliver, Cervera, Oller & Lubliner (1990); Bazant & Oh (1983) for the length.
 struct RankineDamage : ElasticParameters {
   static constexpr auto name = "rankine_damage";
@@ -59,9 +60,16 @@ struct RankineDamage : ElasticParameters {
       const Spectrum<T, M::k_size == 5> spectrum(h);
       updated.crack_strain = strain_after(spectrum.half_log, old.crack_strain);
       updated.damage = damage_at(updated.crack_strain);
-      const std::array<T, 2> energy = energies(spectrum.half_log);
-      dissipated = T((updated.damage - old.damage) * energy[0]);
-      return spectrum.compose(stress(spectrum.half_log, updated.damage).data());
+      const M tau = spectrum.compose(stress(spectrum.half_log, updated.damage).data());
+      // The work of the step less what is stored: with some principal stresses reduced and others not, the stress has no energy that it is
+      // the derivative of, so that (W+ of what broke) would not close the books.
+      const M f = M::identity() + k.g;
+      const M F_old = scaled(T(T(1.0) / determinant(f)), transpose(cofactor(f)) * k.F);
+      const M before = f * stress_of(F_old, old) * transpose(f);
+      const T work = T(0.5 * contract(before + tau, symmetric_part(k.g - 0.5 * (k.g * k.g))));
+      const T stored = T(energy_of(k.F, updated) - energy_of(F_old, old));
+      dissipated = select(updated.damage > T(0.0), T(work - stored), T(0.0));
+      return tau;
     }
   }
   template <class M, class H>

@@ -75,14 +75,17 @@ struct Profile {
 Real density_error(const Profile& found, int cells, Real t) {
   constexpr Real g = 1.4, u = 0.92745262, left = 0.42631943, right = 0.26557371, shock = 1.75215573, tail = -0.07027281;
   const Real c = std::sqrt(g);
-  Real sum = 0;
+  Real sum = 0, count = 0;
   for (int i = 0; i < cells; ++i) {
     const Real place = (i + 0.5) / cells, xi = (place - 0.5) / t;
     const Real fan = std::pow(2 / (g + 1) * (c - (g - 1) / 2 * xi) / c, 2 / (g - 1));
     const Real exact = xi < -c ? 1 : xi < tail ? fan : xi < u ? left : xi < shock ? right : 0.125;
-    sum += std::abs(found.mean(found.density, place - 0.5 / cells, place + 0.5 / cells) - exact);
+    const Real mean = found.mean(found.density, place - 0.5 / cells, place + 0.5 / cells);
+    if (!std::isfinite(mean)) continue;  // in the expansion not every cell has a particle
+    sum += std::abs(mean - exact);
+    ++count;
   }
-  return sum / cells;
+  return sum / count;
 }
 
 Measured sod(int dim, int cells, const std::string& prefix) {
@@ -97,7 +100,7 @@ Measured sod(int dim, int cells, const std::string& prefix) {
           {prefix + "density_left", found.mean(found.density, 0.53, 0.66)},
           {prefix + "density_right", found.mean(found.density, 0.71, 0.82)},
           {prefix + "shock", found.front(found.pressure, 0.5 * (0.30313 + 0.1), 0.8, 0.9, 1.0 / cells)},
-          {prefix + "loss", std::abs(transfer_loss(sim)) / sim.initial_energy()}};
+          {prefix + "loss", std::abs(transfer_loss(sim)) / kinetic_energy(sim)}};
 }
 
 Measured water_tube() {
@@ -156,7 +159,7 @@ void add_gases(VerifySuite& suite) {
               {at_most("density_L1", 0.009, source), within("pressure", 0.30313018, 0.015 * 0.30313018, source),
                within("velocity", 0.92745262, 0.015 * 0.92745262, source), within("density_left", 0.42631943, 0.015 * 0.42631943, source),
                within("density_right", 0.26557371, 0.015 * 0.26557371, "the same; an isentropic gas has 0.2742"),
-               within("shock", 0.85043115, 0.5 / 200, "the same, within half a cell"), at_most("loss", 0.02, "energy closes"),
+               within("shock", 0.85043115, 0.5 / 200, "the same, within half a cell"), at_most("loss", 0.05, "of the kinetic energy"),
                at_most("solid_density_L1", 0.014, "the same, 100 cells"), within("solid_shock", 0.85043115, 0.5 / 100, "the same")});
   add_problem(suite, {"water_tube", "1e9 against 1e5 Pa in water", "materials", true, true, 2e6, {}, water_tube},
               {within("water_pressure", 4.5576018e8, 0.015 * 4.5576018e8, "Riemann's solution of the stiffened gas"),
@@ -173,13 +176,14 @@ void add_gases(VerifySuite& suite) {
 // --- Ground at rest: a column of three layers, K0 = 0.5 ----------------------------------------------------------------------------
 
 /// The greatest change of a stress and the greatest kinetic energy over 10 s, relative to rho g H and rho g H^2 L.
-Measured layers(int dim, const std::string& solver, const std::string& prefix) {
+Measured layers(int dim, Real end, const std::string& solver, const std::string& prefix) {
   const bool is_solid = dim == 3;
   const auto point = [&](Real x, Real y) {
     return is_solid ? fmt::format("[{}, {}, {}]", x, y, x > 0 ? 0.4 : 0) : fmt::format("[{}, {}]", x, y);
   };
-  std::string text = fmt::format("dim = {}\ngravity = {}\n[grid]\nupper = {}\ncells = {}\n{}", dim,
-                                 is_solid ? "[0, -9.81, 0]" : "[0, -9.81]", point(2, 4), is_solid ? "[10, 20, 2]" : "[10, 20]", solver);
+  std::string text =
+      fmt::format("dim = {}\ngravity = {}\n[grid]\nupper = {}\ncells = {}\n[time]\nend = {}\n{}", dim,
+                  is_solid ? "[0, -9.81, 0]" : "[0, -9.81]", point(2, 4), is_solid ? "[10, 20, 2]" : "[10, 20]", end, solver);
   const char* const materials[] = {
       "{ type = \"mohr_coulomb\", density = 2200, youngs_modulus = 5e7, poissons_ratio = 0.3, cohesion = 5e3, friction_angle = 35 }",
       "{ type = \"cam_clay\", density = 1700, shear_modulus = 3e6, critical_slope = 1, lambda_star = 0.1, kappa_star = 0.02, "
@@ -199,10 +203,10 @@ Measured layers(int dim, const std::string& solver, const std::string& prefix) {
   for (std::size_t b = 0; b < 3; ++b) start.push_back(sim.solver().field(b, "stress").values);
   Real moved = 0, kinetic = 0;
   Index steps = 0;
-  while (!sim.is_finished()) {
+  while (sim.time() < (1 - 1e-9) * end) {
     sim.step();
     kinetic = std::max(kinetic, kinetic_energy(sim));
-    if (++steps % 500 != 0 && !sim.is_finished()) continue;
+    if (++steps % 500 != 0 && sim.time() < (1 - 1e-9) * end) continue;
     for (std::size_t b = 0; b < 3; ++b) {
       const std::vector<Real> now = sim.solver().field(b, "stress").values;
       for (std::size_t k = 0; k < now.size(); ++k) moved = std::max(moved, std::abs(now[k] - start[b][k]));
@@ -212,7 +216,7 @@ Measured layers(int dim, const std::string& solver, const std::string& prefix) {
 }
 
 void add_ground(VerifySuite& suite) {
-  const std::string explicit_run = "[time]\nend = 10\n", implicit_run = "[time]\nend = 10\ndt = 0.1\n[solver]\ntype = \"implicit\"\n";
+  const std::string implicit_run = "dt = 0.1\n[solver]\ntype = \"implicit\"\n";
   add_problem(
       suite,
       {"layers",
@@ -223,9 +227,9 @@ void add_ground(VerifySuite& suite) {
        5e7,
        {},
        [=] {
-         Measured measured = layers(2, explicit_run, "");
-         for (const auto& [name, value] : layers(3, "[time]\nend = 1\n", "solid_")) measured[name] = value;
-         for (const auto& [name, value] : layers(2, implicit_run, "implicit_")) measured[name] = value;
+         Measured measured = layers(2, 10, "", "");
+         for (const auto& [name, value] : layers(3, 1, "", "solid_")) measured[name] = value;
+         for (const auto& [name, value] : layers(2, 10, implicit_run, "implicit_")) measured[name] = value;
          return measured;
        }},
       {at_most("stress", 1e-3, "equilibrium"), at_most("kinetic_energy", 1e-8, "the same"), at_most("solid_stress", 1e-3, "the same"),
@@ -236,26 +240,18 @@ void add_ground(VerifySuite& suite) {
 
 // --- A bar that breaks takes its fracture energy, whatever the cells ----------------------------------------------------------------
 
-/// A bar of 0.4 x 0.02 m with one weak row is pulled at both ends until it has broken: what it took, over Gf times its height.
+/// A bar of 0.4 x 0.02 m, weaker in one row of cells, is pulled at its end until it has broken there: what it took, over Gf times its
+/// height.
 Real broken(int cells_to_height) {
   const Real h = 0.02 / cells_to_height;
-  Simulation sim(default_case("bar", fmt::format(R"(
+  std::string text = fmt::format(R"(
 [grid]
 upper = [0.48, 0.02]
 cells = [{0}, {1}]
 [time]
-end = 4e-3
+end = 0.06
 [solver]
 shape = "linear"
-transfer = "flip"
-stress_order = "musl"
-[[body]]
-name = "bar"
-formulation = "total"
-region = {{ type = "box", lower = [0, 0], upper = [0.4, 0.02] }}
-layout = {{ type = "per_cell", count = 1 }}
-velocity = {{ type = "linear", gradient = [[0.25, 0], [0, 0]], center = [0, 0] }}
-material = {{ type = "rankine_damage", density = 2400, youngs_modulus = 1e9, poissons_ratio = 0, tensile_strength = 1e5, fracture_energy = 10 }}
 [[boundary]]
 side = "left"
 kind = "slip"
@@ -263,12 +259,27 @@ kind = "slip"
 name = "grip"
 region = {{ type = "box", lower = [{2}, -1], upper = [0.41, 1] }}
 kind = "velocity"
-velocity = [0.1, 0]
+velocity = [0.01, 0]
 components = ["x"]
 )",
-                                                 static_cast<int>(std::lround(0.48 / h)), cells_to_height, 0.4 - 0.5 * h)));
+                                 static_cast<int>(std::lround(0.48 / h)), cells_to_height, 0.4 - 0.5 * h);
+  const auto part = [&](const char* name, Real from, Real to, Real strength) {
+    text += fmt::format(R"(
+[[body]]
+name = "{}"
+region = {{ type = "box", lower = [{}, 0], upper = [{}, 0.02] }}
+layout = {{ type = "per_cell", count = 1 }}
+velocity = {{ type = "linear", gradient = [[0.025, 0], [0, 0]] }}
+material = {{ type = "rankine_damage", density = 2400, youngs_modulus = 1e9, poissons_ratio = 0, tensile_strength = {}, fracture_energy = 4 }}
+)",
+                        name, from, to, strength);
+  };
+  part("left", 0, 0.2, 1e5);
+  part("weak", 0.2, 0.2 + h, 0.8e5);
+  part("right", 0.2 + h, 0.4, 1e5);
+  Simulation sim(default_case("bar", text));
   sim.run();
-  return sim.solver().ledger().plastic_dissipation / (10 * 0.02);
+  return sim.solver().ledger().plastic_dissipation / (4 * 0.02);
 }
 
 void add_breaking(VerifySuite& suite) {
@@ -281,10 +292,10 @@ void add_breaking(VerifySuite& suite) {
                1e6,
                {},
                [] {
-                 return Measured{{"energy", broken(2)}, {"fine_energy", broken(4)}};
+                 return Measured{{"energy", broken(1)}, {"fine_energy", broken(4)}};
                }},
               {within("energy", 1, 0.05, "the fracture energy Gf per area"),
-               within("fine_energy", 1, 0.05, "the same with cells of half the size")});
+               within("fine_energy", 1, 0.05, "the same with cells of a quarter of the size")});
 }
 
 }  // namespace

@@ -56,7 +56,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongInput{"no_material",
                    "material = " + k_material + "\n",
                    "",
-                   {"^case.toml:26: body \"block\": ", "material is missing (table with a type)"}},
+                   {"^case.toml:26: body \"block\": ", "material is missing (table with a type, or a name)"}},
         WrongInput{
             "outside_the_grid",
             "upper = [0.75, 0.75]",

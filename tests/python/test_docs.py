@@ -6,14 +6,21 @@ from pathlib import Path
 import pytest
 
 PAGE = Path(__file__).resolve().parents[2] / "docs/case_file.md"
-HEADINGS = {"materials": "Materials", "regions": "Regions", "layouts": "Layouts", "velocities": "Velocities"}
+HEADINGS = {
+    "materials": "Materials",
+    "regions": "Regions",
+    "layouts": "Layouts",
+    "velocities": "Velocities",
+    "initial_stresses": "Initial stresses",
+}
+KINDS = {"materials": "material", "regions": "region", "layouts": "layout", "velocities": "velocity", "initial_stresses": "initial_stress"}
 
 
-def declared(matpoint, name):
+def declared(matpoint, name, kind="section"):
     """{parameter: (unit, is required)} as `matpoint explain` prints them; two spaces or more between columns."""
     parameters = {}
     for topic in matpoint("explain", name).stdout.split("\n\n"):
-        if topic.startswith(("section", "material", "region", "layout", "velocity")):
+        if topic.startswith(kind + " "):
             for line in re.findall(r"^  (\S.*)$", topic, re.M)[1:]:
                 key, _, unit, default = re.split(r" {2,}", line)[:4]
                 parameters[key] = (unit, default == "required")
@@ -54,7 +61,7 @@ def test_every_type_has_its_keys_with_unit_and_whether_they_are_required(matpoin
     documented = tables(HEADINGS[what])
     assert sorted(documented) == sorted(names)
     for name in names:
-        parameters = declared(matpoint, name)
+        parameters = declared(matpoint, name, KINDS[what])
         assert parameters
         assert documented[name] == parameters, name
 

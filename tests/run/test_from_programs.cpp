@@ -255,7 +255,7 @@ TEST(FromProgramsAlone, wrong_values_are_refused_and_change_nothing) {
   EXPECT_NE(complaint("position", wrong).find("particle row 2 is not finite"), std::string::npos);
   wrong[5] = 1.5;
   EXPECT_NE(complaint("position", wrong).find("particle row 2 is outside of the grid: y = 1.5, allowed: 0 to 1"), std::string::npos);
-  EXPECT_NE(complaint("stress", {}).find("assign deformation_gradient"), std::string::npos);
+  EXPECT_NE(complaint("pressure", {}).find("assign stress, which the material is brought to, or deformation_gradient"), std::string::npos);
   EXPECT_NE(complaint("velocty", {}).find("did you mean \"velocity\""), std::string::npos);
   std::vector<Real> F = simulation.solver().field(0, "deformation_gradient").values;
   F[9] = -1;

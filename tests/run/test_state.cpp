@@ -43,6 +43,20 @@ std::vector<Continued> continued() {
       "layout = { type = \"per_cell\", count = 4 }\nmaterial = { type = \"j2\", density = 1000, youngs_modulus = 1e6, poissons_ratio = "
       "0.3, "
       "yield_stress = 5e3, saturation_stress = 8e3, saturation_rate = 10 }\n";
+  const auto of_law = [](const std::string& material) {
+    return "layout = { type = \"per_cell\", count = 4 }\nmaterial = " + material + "\n";
+  };
+  const std::string clay = of_law(
+                               "{ type = \"cam_clay\", density = 1700, shear_modulus = 3e5, critical_slope = 1, lambda_star = 0.1, "
+                               "kappa_star = 0.02, preconsolidation = 1e3, pressure_offset = 1e2 }") +
+                           "initial_stress = { type = \"geostatic\", K0 = 0.6, surcharge = 100, overconsolidation = 1.2 }\n";
+  const std::string polymer = of_law(
+      "{ type = \"viscoelastic\", density = 1000, bulk_modulus = 1e6, shear_modulus = 1e4, modulus_1 = 2e5, "
+      "time_1 = 0.01, modulus_2 = 1e5, time_2 = 0.1 }");
+  const std::string ice = of_law(
+      "{ type = \"rankine_damage\", density = 900, youngs_modulus = 1e7, poissons_ratio = 0.3, "
+      "tensile_strength = 1e3, fracture_energy = 0.1 }");
+  const std::string falling = "velocity = { type = \"uniform\", value = [0, -100] }\n";
   const std::string floor = "[[boundary]]\nside = \"bottom\"\nkind = \"fixed\"\n";
   const std::string walls = floor + "[[boundary]]\nside = \"right\"\nkind = \"slip\"\n";
   const std::string implicit = "[solver]\ntype = \"implicit\"\n";
@@ -76,6 +90,17 @@ std::vector<Continued> continued() {
       {"sand_in_single_precision",
        given + "[time]\nend = 1\n[solver]\nprecision = \"single\"\n" + box("block", "[0.3, 0]", "[0.6, 0.3]", sand + thrown) + floor, 150},
       {"metal", block + metal + floor, 200},
+      {"snow", given + "[time]\nend = 1\n" + box("block", "[0.3, 0.2]", "[0.6, 0.5]", of_law("\"snow_dry\"") + thrown) + floor, 200},
+      {"hot_copper", given + "[time]\nend = 1\n" + box("block", "[0.3, 0.02]", "[0.6, 0.3]", of_law("\"copper_ofhc\"") + falling) + floor,
+       150},
+      {"clay", given + "[time]\nend = 1\n" + box("block", "[0.3, 0]", "[0.6, 0.3]", clay) + floor, 150},
+      {"polymer", given + "[time]\nend = 1\n" + box("block", "[0.3, 0.02]", "[0.6, 0.3]", polymer + thrown) + floor, 150},
+      {"ice", given + "[time]\nend = 1\n" + box("block", "[0.3, 0.02]", "[0.6, 0.3]", ice + thrown) + floor, 150},
+      {"air", given + "[time]\nend = 1\n" + box("block", "[0, 0]", "[0.6, 0.3]", of_law("\"air\"")) + walls, 60},
+      {"rubber", block + of_law("\"rubber_treloar\"") + floor, 150},
+      {"implicit_clay", given + step(0.002) + implicit + box("block", "[0.3, 0]", "[0.6, 0.3]", clay) + floor, 8},
+      {"implicit_polymer", given + step(0.002) + implicit + box("block", "[0.3, 0]", "[0.6, 0.3]", polymer + thrown) + floor, 8},
+      {"implicit_ice", given + step(0.002) + implicit + box("block", "[0.3, 0]", "[0.6, 0.3]", ice + thrown) + floor, 8},
       {"implicit_metal", given + step(0.002) + implicit + box("block", "[0.3, 0]", "[0.6, 0.3]", metal + thrown) + floor, 8},
       {"implicit_splines", given + step(0.002) + implicit + resting + floor, 8},
       {"implicit_bounce",
