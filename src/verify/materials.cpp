@@ -38,6 +38,28 @@ Measured taylor_slab() {
           {"slab_loss", std::abs(transfer_loss(sim)) / sim.initial_energy()}};
 }
 
+/// The particles of a quarter of a round bar along y: two to an edge of a cell, those within the circle.
+std::vector<Vec3> quarter_of_bar(Real R, Real L, Real h) {
+  std::vector<Vec3> points;
+  const int across = static_cast<int>(std::lround(2 * R / h)), along = static_cast<int>(std::lround(2 * L / h));
+  for (int k = 0; k < along; ++k) {
+    for (int j = 0; j < across; ++j) {
+      for (int i = 0; i < across; ++i) {
+        const Vec3 x{(i + 0.5) * h / 2, (k + 0.5) * h / 2, (j + 0.5) * h / 2};
+        if (std::hypot(x[0], x[2]) < R && x[1] < L) points.push_back(x);
+      }
+    }
+  }
+  return points;
+}
+/// Distances of the particles from the bar's axis.
+std::vector<Real> radii_of(const Simulation& sim) {
+  std::vector<Real> radii = component(sim, 0, "position", 0);
+  const std::vector<Real> z = component(sim, 0, "position", 2);
+  for (std::size_t p = 0; p < radii.size(); ++p) radii[p] = std::hypot(radii[p], z[p]);
+  return radii;
+}
+
 /// A quarter of the round bar, in 3D.
 Measured taylor_bar(int cells_to_radius) {
   constexpr Real R = 3.2e-3, L = 32.4e-3;
@@ -48,25 +70,14 @@ Measured taylor_bar(int cells_to_radius) {
                             4 * R, 11 * R, 4 * cells_to_radius, 11 * cells_to_radius) +
                     fmt::format(fmt::runtime(k_copper), "[0, -227, 0]", 8, "[0, 0, 0]", fmt::format("[{}, {}, {}]", R, L, R)) +
                     "[[boundary]]\nside = \"front\"\nkind = \"slip\"\n");
-  // Two particles to an edge of a cell, those within the circle.
-  std::vector<Vec3> points;
-  const int across = 2 * cells_to_radius, along = static_cast<int>(std::lround(2 * L / h));
-  for (int k = 0; k < along; ++k) {
-    for (int j = 0; j < across; ++j) {
-      for (int i = 0; i < across; ++i) {
-        const Vec3 x{(i + 0.5) * h / 2, (k + 0.5) * h / 2, (j + 0.5) * h / 2};
-        if (std::hypot(x[0], x[2]) < R && x[1] < L) points.push_back(x);
-      }
-    }
-  }
+  const std::vector<Vec3> points = quarter_of_bar(R, L, h);
   problem.bodies[0].layout = points_layout(points, std::vector<Real>(points.size(), h * h * h / 8));
   Simulation sim(std::move(problem));
   sim.run();
-  const std::vector<Real> x = component(sim, 0, "position", 0), y = component(sim, 0, "position", 1), z = component(sim, 0, "position", 2);
-  std::vector<Real> radii, low;
-  for (std::size_t p = 0; p < x.size(); ++p) {
-    radii.push_back(std::hypot(x[p], z[p]));
-    if (y[p] < h) low.push_back(radii.back());
+  const std::vector<Real> y = component(sim, 0, "position", 1), radii = radii_of(sim);
+  std::vector<Real> low;
+  for (std::size_t p = 0; p < y.size(); ++p) {
+    if (y[p] < h) low.push_back(radii[p]);
   }
   std::sort(low.begin(), low.end());
   return {{"bar_length", 1e3 * (greatest(sim, 1) + h / 4)},
@@ -76,7 +87,72 @@ Measured taylor_bar(int cells_to_radius) {
           {"bar_loss", std::abs(transfer_loss(sim)) / sim.initial_energy()}};
 }
 
+/// Bars of OFHC copper, Johnson and Cook's law, 6 cells to the radius: length and radius at the end, over those at the start.
+Measured taylor_ofhc(const std::string& name, Real L, Real R, Real speed, Real end) {
+  constexpr int k_cells = 6;
+  const Real h = R / k_cells;
+  const int along = static_cast<int>(std::ceil(L / h)) + 2;
+  Case problem = default_case("taylor", fmt::format(R"(
+dim = 3
+[grid]
+upper = [{0}, {1}, {0}]
+cells = [{2}, {3}, {2}]
+[time]
+end = {4}
+[solver]
+shape = "bspline2"
+[[body]]
+name = "bar"
+velocity = {{ type = "uniform", value = [0, {5}, 0] }}
+layout = {{ type = "per_cell", count = 8 }}
+region = {{ type = "box", lower = [0, 0, 0], upper = [{6}, {7}, {6}] }}
+material = "copper_ofhc"
+[[boundary]]
+side = "bottom"
+kind = "slip"
+[[boundary]]
+side = "left"
+kind = "slip"
+[[boundary]]
+side = "front"
+kind = "slip"
+)",
+                                                    4 * R, along * h, 4 * k_cells, along, end, -speed, R, L));
+  const std::vector<Vec3> points = quarter_of_bar(R, L, h);
+  problem.bodies[0].layout = points_layout(points, std::vector<Real>(points.size(), h * h * h / 8));
+  Simulation sim(std::move(problem));
+  sim.run();
+  const std::vector<Real> radii = radii_of(sim), heat = component(sim, 0, "temperature", 0);
+  return {{name + "_length", (greatest(sim, 1) + h / 4) / L},
+          {name + "_radius", (*std::max_element(radii.begin(), radii.end()) + h / 4) / R},
+          {name + "_temperature", *std::max_element(heat.begin(), heat.end())},
+          {name + "_rest", kinetic_energy(sim) / sim.initial_energy()},
+          {name + "_loss", std::abs(transfer_loss(sim)) / sim.initial_energy()}};
+}
+
 void add_taylor(VerifySuite& suite) {
+  add_problem(suite,
+              {"taylor_ofhc",
+               "three bars of OFHC copper, Johnson and Cook's law",
+               "materials",
+               true,
+               true,
+               4e7,
+               {},
+               [] {
+                 Measured measured = taylor_ofhc("bar_210", 23.47e-3, 3.81e-3, 210, 60e-6);
+                 for (const auto& [name, value] : taylor_ofhc("bar_162", 34.5e-3, 3.9e-3, 162, 80e-6)) measured[name] = value;
+                 for (const auto& [name, value] : taylor_ofhc("bar_225", 34.5e-3, 3.9e-3, 225, 90e-6)) measured[name] = value;
+                 return measured;
+               }},
+              {within("bar_210_length", 0.643, 0.02 * 0.643, "finite elements: 0.6424 to 0.6431; experiment 0.630 (Wilkins & Guinan 1973)"),
+               within("bar_210_radius", 2.08, 0.04 * 2.08, "finite elements: 2.074 to 2.087; experiment 2.204"),
+               within("bar_210_temperature", 597, 20, "finite elements, the hottest"), at_most("bar_210_rest", 0.01, "it is at rest"),
+               at_most("bar_210_loss", 0.02, "energy closes"),
+               within("bar_162_length", 0.737, 0.02 * 0.737, "finite elements; experiment .763, with harder copper"),
+               within("bar_162_radius", 1.700, 0.04 * 1.700, "finite elements; experiment 1.701"),
+               within("bar_225_length", 0.595, 0.02 * 0.595, "finite elements; experiment .645, with harder copper"),
+               within("bar_225_radius", 2.270, 0.04 * 2.270, "finite elements; experiment 2.056")});
   add_problem(suite, {"taylor_bar", "slab of copper", "materials", true, true, 3e6, {}, taylor_slab},
               {within("slab_length", 21.6, 0.35, "finite elements Q1P0: 21.68 to 21.86 mm"),
                within("slab_half_width", 13.0, 0.7, "finite elements Q1P0: 12.62 to 12.81 mm; not converged in either method"),
