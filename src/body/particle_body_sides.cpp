@@ -44,22 +44,20 @@ bool ParticleBody<Dim, R>::put_back(Outside& outside, const std::vector<ClosedSi
     cell[s] = is_upper ? grid_.cells(d) - 1 : 0;
     fields[static_cast<std::size_t>(at.x + d)] = static_cast<R>(is_upper ? 1 - k_inside : k_inside);
     const Real back = is_upper ? grid_.upper(d) - k_inside * grid_.cell_size(d) : grid_.lower(d) + k_inside * grid_.cell_size(d);
-    books.boundary_work -= m * gravity[s] * (back - x);
+    books.press(side->condition, s, 0, -m * gravity[s] * (back - x));
     R& v = fields[static_cast<std::size_t>(at.v + d)];
     const Real old = v;
     const Real held = is_upper ? std::min(old, side->velocity) : std::max(old, side->velocity);
     v = static_cast<R>(held);
     const Real impulse = m * (held - old);
-    books.boundary_impulse[s] += impulse;
-    books.boundary_work += impulse * side->velocity;
+    books.press(side->condition, s, impulse, impulse * side->velocity);
     books.contact_dissipation += impulse * side->velocity - 0.5 * m * (held * held - old * old);
     for (int c = 0; at.C >= 0 && c < Dim; ++c) fields[static_cast<std::size_t>(at.C + d * Dim + c)] = 0;
   }
   blocks_->insert(cell, fields.data());
   mass_ += m;
-  ledger.boundary_work += books.boundary_work;
+  ledger.add_boundaries(books);
   ledger.contact_dissipation += books.contact_dissipation;
-  for (std::size_t d = 0; d < 3; ++d) ledger.boundary_impulse[d] += books.boundary_impulse[d];
   return true;
 }
 
@@ -136,9 +134,8 @@ Index ParticleBody<Dim, R>::keep_out(const std::vector<Obstacle>& obstacles, con
   Index count = 0;
   for (const Report& report : reports) {
     count += report.count;
-    ledger.boundary_work += report.books.boundary_work;
+    ledger.add_boundaries(report.books);
     ledger.contact_dissipation += report.books.contact_dissipation;
-    for (std::size_t d = 0; d < 3; ++d) ledger.boundary_impulse[d] += report.books.boundary_impulse[d];
   }
   if (count > 0) settle(Sweep::usl);
   return count;
@@ -205,8 +202,7 @@ bool ParticleBody<Dim, R>::push_out(R* fields, Vec3 position, const Obstacle& ob
     const Real old = v;
     v = static_cast<R>(old - approach * n[d]);
     const Real impulse = m * (static_cast<Real>(v) - old);
-    books.boundary_impulse[d] += impulse;
-    books.boundary_work += impulse * obstacle.velocity[d] - m * gravity[d] * way;
+    books.press(obstacle.condition, d, impulse, impulse * obstacle.velocity[d] - m * gravity[d] * way);
     books.contact_dissipation += impulse * obstacle.velocity[d] - 0.5 * m * (static_cast<Real>(v) * static_cast<Real>(v) - old * old);
     for (int c = 0; at.C >= 0 && c < Dim; ++c) fields[(at.C + axis * Dim + c) * L] = 0;
   }

@@ -64,6 +64,7 @@ ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
       grids_(make_grids<Dim, R>(problem)),
       geometry_(grids_[0]->geometry()),
       boundary_conditions_(problem.boundaries, *grids_[0]) {
+  for (const std::string& name : boundary_names(problem.boundaries)) boundaries_.push_back({name, {}, {}, 0});
   for (auto& grid : grids_) {
     grid->set_boundary_conditions(&boundary_conditions_);
     grid->set_refined(fmpm_order_ > 1);
@@ -211,6 +212,7 @@ void ExplicitSolver<Dim, R>::declare_state(State& state) {
   if (state.is_loading()) {
     for (auto& body : bodies_) body->clear();
     for (auto& grid : grids_) grid->remove_tiles();
+    ledger_.boundaries.clear();  // of a step that failed
   }
   state.in("body", [&] {
     for (auto& body : bodies_) state.part(body->name(), *body);
@@ -223,6 +225,7 @@ void ExplicitSolver<Dim, R>::declare_state(State& state) {
   state.add("time", time_);
   if (!state.is_changed()) {
     state.part("ledger", ledger_);
+    state.parts("boundary", boundaries_);
     state.add("gravity", gravity_);
   }
   state.add("is_mapped", is_mapped_);
@@ -312,7 +315,23 @@ void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
     correction_->apply(gravity_, ledger_);
     is_mapped_ = false;
   }
+  take_boundaries(dt);
   time_ = t + dt;
+}
+
+/// What the books have of single boundaries is of this step.
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::take_boundaries(Real dt) {
+  ledger_.boundaries.resize(boundaries_.size());
+  for (std::size_t c = 0; c < boundaries_.size(); ++c) {
+    const BoundaryShare& share = ledger_.boundaries[c];
+    for (std::size_t d = 0; d < 3; ++d) {
+      boundaries_[c].force[d] = share.impulse[d] / dt;
+      boundaries_[c].impulse[d] += share.impulse[d];
+    }
+    boundaries_[c].work += share.work;
+  }
+  std::fill(ledger_.boundaries.begin(), ledger_.boundaries.end(), BoundaryShare{});
 }
 
 template <int Dim, class R>

@@ -36,6 +36,7 @@ class ExplicitSolver final : public Solver {
   std::vector<Field> grid_fields() const override;
   BodyTotals totals(std::size_t body) const override { return bodies_[body]->totals(gravity_); }
   const Ledger& ledger() const override { return ledger_; }
+  std::vector<BoundaryTotals> boundaries() const override { return boundaries_; }
   const Profile& profile() const override { return profile_; }
   Index node_count() const override { return grids_[0]->node_count(); }
   Index memory() const override;
@@ -62,6 +63,7 @@ class ExplicitSolver final : public Solver {
   /// Tells bodies with a frame of their own whether something holds them: a surface that sticks, or a body in the same velocity field.
   void find_held();
   void check_state(Real t);
+  void take_boundaries(Real dt);
   void return_escaped(Real t);
   void keep_out(Real t);
   void check_cutoff(const SolverSpec& spec, Real smallest_mass) const;
@@ -94,6 +96,7 @@ class ExplicitSolver final : public Solver {
   std::vector<Extent<Dim>> holds_;
   Real time_ = 0;  ///< At the end of the last step [s].
   std::vector<Escape> escapes_;
+  std::vector<BoundaryTotals> boundaries_;  ///< In the order of the case.
   Ledger ledger_;
   Profile profile_;
 };

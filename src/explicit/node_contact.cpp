@@ -58,8 +58,7 @@ void Contact<Dim, R>::apply(Real mass_cutoff, Real dt, Ledger& ledger) {
   // In the order of the bands: the same bits for any number of threads.
   for (const Ledger& book : books) {
     ledger.contact_dissipation += book.contact_dissipation;
-    ledger.boundary_work += book.boundary_work;
-    for (std::size_t d = 0; d < Dim; ++d) ledger.boundary_impulse[d] += book.boundary_impulse[d];
+    ledger.add_boundaries(book);
   }
 }
 
@@ -126,8 +125,9 @@ void Contact<Dim, R>::work(const Shared& shared, std::size_t band, Real mass_cut
         nodes.velocity[d][lane] = static_cast<R>(now[d]);
         nodes.second[d][lane] += static_cast<R>((now[d] - old[d]) / dt);
         const Real impulse = nodes.moved_mass[lane] * (now[d] - wanted[lane][d]);
-        ledger.boundary_impulse[d] += impulse;
-        ledger.boundary_work += impulse * now[d];
+        if (impulse == 0) continue;
+        const int condition = BoundaryConditions<Dim, R>::condition_of(*shared.tiles[k], static_cast<int>(lane), static_cast<int>(d));
+        ledger.press(condition, d, impulse, impulse * now[d]);
       }
     }
   }

@@ -27,7 +27,8 @@ int axis_of(const Vec3& n) {
 
 /// Later conditions win: each direction keeps of itself what the fixed components and the later directions leave free.
 template <int Dim>
-void append_normals(const std::vector<Vec<Dim>>& normals, const int* condition_of, int lane, std::vector<FixedNormal<Dim>>& out) {
+void append_normals(const std::vector<std::pair<int, Vec<Dim>>>& normals, const int* condition_of, int lane,
+                    std::vector<FixedNormal<Dim>>& out) {
   std::vector<Vec<Dim>> taken;
   for (int d = 0; d < Dim; ++d) {
     if (condition_of[d] < 0) continue;
@@ -35,8 +36,9 @@ void append_normals(const std::vector<Vec<Dim>>& normals, const int* condition_o
     axis[static_cast<std::size_t>(d)] = 1;
     taken.push_back(axis);
   }
-  for (auto n = normals.rbegin(); n != normals.rend(); ++n) {
-    Vec<Dim> free = *n;
+  for (auto one = normals.rbegin(); one != normals.rend(); ++one) {
+    const auto& [condition, n] = *one;
+    Vec<Dim> free = n;
     for (const Vec<Dim>& other : taken) {
       const Real share = dot(free, other);
       for (std::size_t d = 0; d < Dim; ++d) free[d] -= share * other[d];
@@ -44,7 +46,7 @@ void append_normals(const std::vector<Vec<Dim>>& normals, const int* condition_o
     const Real left = dot(free, free);  // equals free . n
     constexpr Real k_parallel = 1e-12;  // of the square: within 1e-6 rad the direction is taken already
     if (left < k_parallel) continue;
-    FixedNormal<Dim> fixed{lane, *n, {}};
+    FixedNormal<Dim> fixed{lane, n, {}, condition};
     Vec<Dim> unit;
     for (std::size_t d = 0; d < Dim; ++d) {
       unit[d] = free[d] / std::sqrt(left);
@@ -143,7 +145,7 @@ template <int Dim, class R>
 void BoundaryConditions<Dim, R>::append(const Grid<Dim, R>& grid, const Place<Dim>& node, int lane, Tile<Dim, R>& tile) const {
   int condition_of[Dim];
   std::fill_n(condition_of, Dim, -1);
-  std::vector<Vec<Dim>> oblique;
+  std::vector<std::pair<int, Vec<Dim>>> oblique;
   std::vector<std::pair<std::size_t, Vec3>> surfaces;
   for (std::size_t c = 0; c < specs_.size(); ++c) {
     const std::optional<Vec3> place = place_in(c, grid, node);
@@ -168,7 +170,7 @@ void BoundaryConditions<Dim, R>::append(const Grid<Dim, R>& grid, const Place<Di
         if (axis >= 0)
           condition_of[axis] = condition;
         else if (dot(n, n) > 0)
-          oblique.push_back(n);
+          oblique.emplace_back(condition, n);
       }
     }
   }
@@ -232,7 +234,8 @@ std::vector<ClosedSide> BoundaryConditions<Dim, R>::closed_sides(Real t) const {
     const bool holds_across = spec.kind == BoundaryKind::slip || spec.components.empty() ||
                               std::find(spec.components.begin(), spec.components.end(), component) != spec.components.end();
     const Real velocity = velocity_at(spec, t)[static_cast<std::size_t>(side.axis)];
-    if (holds_across && (side.is_upper ? velocity <= 0 : velocity >= 0)) closed.push_back({side.axis, side.is_upper, velocity});
+    if (holds_across && (side.is_upper ? velocity <= 0 : velocity >= 0))
+      closed.push_back({side.axis, side.is_upper, velocity, static_cast<int>(&spec - specs_.data())});
   }
   return closed;
 }
@@ -244,7 +247,7 @@ std::vector<Obstacle> BoundaryConditions<Dim, R>::obstacles(Real t) const {
     // A velocity that is prescribed in a region belongs to what is in it, not to a wall.
     const bool is_wall = spec.contact != FaceContact::stick || spec.kind == BoundaryKind::slip ||
                          (spec.kind == BoundaryKind::fixed && spec.components.empty());
-    if (spec.region && is_wall) all.push_back({spec.region.get(), velocity_at(spec, t)});
+    if (spec.region && is_wall) all.push_back({spec.region.get(), velocity_at(spec, t), static_cast<int>(&spec - specs_.data())});
   }
   return all;
 }
@@ -267,8 +270,7 @@ void BoundaryConditions<Dim, R>::constrain(Tile<Dim, R>& tile, const NodalDynami
       // prescribed velocity instead of the node's own.
       const Real impulse =
           (1 - dynamics.flip) * (m * value - p) + dynamics.flip * m * change - dt * (nodes.force[d][fixed.lane] + m * dynamics.gravity[d]);
-      ledger.boundary_impulse[d] += impulse;
-      ledger.boundary_work += impulse * value;
+      ledger.press(fixed.condition, d, impulse, impulse * value);
     }
     nodes.velocity[d][fixed.lane] = static_cast<R>(value);
     nodes.second[d][fixed.lane] = static_cast<R>(change / dt);
@@ -315,8 +317,7 @@ void BoundaryConditions<Dim, R>::touch_surfaces(Tile<Dim, R>& tile, const NodalD
       if (tile.booked[contact.lane] == 0) continue;
       const Real impulse = m * change;
       const Real work = impulse * values[static_cast<std::size_t>(contact.condition)][d];
-      ledger.boundary_impulse[d] += impulse;
-      ledger.boundary_work += work;
+      ledger.press(contact.condition, d, impulse, work);
       ledger.contact_dissipation += work;
       impulses[contact.lane][d] += impulse;
     }
@@ -352,6 +353,20 @@ void BoundaryConditions<Dim, R>::measure_gaps(const Grid<Dim, R>& grid, const Ga
       }
     });
   }
+}
+
+template <int Dim, class R>
+int BoundaryConditions<Dim, R>::condition_of(const Tile<Dim, R>& tile, int lane, int component) {
+  for (const FixedComponent& fixed : tile.components) {
+    if (fixed.lane == lane && fixed.component == component) return fixed.condition;
+  }
+  for (const FixedNormal<Dim>& fixed : tile.normals) {
+    if (fixed.lane == lane && fixed.correction[static_cast<std::size_t>(component)] != 0) return fixed.condition;
+  }
+  for (const SurfaceContact<Dim>& contact : tile.contacts) {
+    if (contact.lane == lane) return contact.condition;
+  }
+  return -1;
 }
 
 template <int Dim, class R>
@@ -408,8 +423,8 @@ void BoundaryConditions<Dim, R>::constrain_normals(Tile<Dim, R>& tile, const Nod
       const Real impulse = -m * (dynamics.flip * dt * a_n + (1 - dynamics.flip) * v_n) - damping_impulse / c_c;
       for (std::size_t d = 0; d < Dim; ++d) {
         ledger.damping_impulse[d] += damping_impulse / c_c * fixed.correction[d];
-        ledger.boundary_impulse[d] += impulse * fixed.correction[d];
-        ledger.boundary_work += impulse * fixed.correction[d] * nodes.velocity[d][fixed.lane];
+        const Real along = impulse * fixed.correction[d];
+        ledger.press(fixed.condition, d, along, along * nodes.velocity[d][fixed.lane]);
       }
     }
   }

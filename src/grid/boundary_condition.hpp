@@ -51,6 +51,9 @@ class BoundaryConditions {
   /// Measures the gaps between sides that let go and what is on a grid, for the next advance. Threads call `measure` side by side.
   void measure_gaps(const Grid<Dim, R>& grid, const GapMeasure& measure) const;
 
+  /// The condition that holds a component of a node, or a direction with a part along it; -1: none.
+  static int condition_of(const Tile<Dim, R>& tile, int lane, int component);
+
   /// Takes from changes of velocity, one per lane, what the conditions forbid: a surface that lets go holds what it held in the last
   /// advance.
   static void leave_out(const Tile<Dim, R>& tile, Vec<Dim>* changes);

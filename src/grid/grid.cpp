@@ -281,7 +281,9 @@ void Grid<Dim, R>::refine(TileType& tile, Ledger& books) const {
       const auto s = static_cast<std::size_t>(d);
       nodes.velocity[d][lane] += static_cast<R>(allowed[lane][s]);
       nodes.second[d][lane] = static_cast<R>(allowed[lane][s]);
-      if (tile.booked[lane] > 0) books.boundary_impulse[s] += nodes.moved_mass[lane] * (allowed[lane][s] - terms[lane][s]);
+      const Real held = allowed[lane][s] - terms[lane][s];
+      if (tile.booked[lane] > 0 && held != 0)
+        books.press(BoundaryConditions<Dim, R>::condition_of(tile, lane, d), s, nodes.moved_mass[lane] * held, 0);
     }
   }
 }
@@ -337,14 +339,13 @@ void Grid<Dim, R>::finish_pass(Ledger& ledger) {
   // In the order of the bands: the same bits for any number of threads.
   for (std::size_t b = 0; b < bands_.size(); ++b) {
     ledger.damping_dissipation += sums_[b].damping_dissipation + books_[b].damping_dissipation;
-    ledger.boundary_work += books_[b].boundary_work;
+    ledger.add_boundaries(books_[b]);
     ledger.contact_dissipation += books_[b].contact_dissipation;
     ledger.body_force_work += books_[b].body_force_work;
     for (std::size_t d = 0; d < Dim; ++d) {
       ledger.damping_impulse[d] += sums_[b].damping_impulse[d] + books_[b].damping_impulse[d];
       ledger.cutoff_impulse[d] += sums_[b].cutoff_impulse[d];
       ledger.cutoff_impulse[d] += books_[b].cutoff_impulse[d];
-      ledger.boundary_impulse[d] += books_[b].boundary_impulse[d];
       ledger.body_force_impulse[d] += books_[b].body_force_impulse[d];
     }
   }

@@ -42,12 +42,14 @@ struct ClosedSide {
   int axis = 0;
   bool is_upper = false;
   Real velocity = 0;  ///< Along the axis [m/s].
+  int condition = -1;
 };
 
 /// A region that lets nothing in.
 struct Obstacle {
   const Region* region = nullptr;
   Vec3 velocity{};  ///< [m/s]
+  int condition = -1;
 };
 
 /// A fixed component of a node in a tile.
@@ -63,6 +65,7 @@ struct FixedNormal {
   int lane;
   Vec<Dim> n;
   Vec<Dim> correction;
+  int condition;
 };
 
 /// A node of a rigid surface that lets go: the velocity v of what touches it, beside the surface's own V, obeys (v - V) . n >= 0, and the

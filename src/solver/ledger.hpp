@@ -1,10 +1,18 @@
 // The books of energy and momentum.
 #pragma once
 
+#include <vector>
+
 #include "core/state.hpp"
 #include "core/types.hpp"
 
 namespace matpoint {
+
+/// What one boundary has done.
+struct BoundaryShare {
+  Vec3 impulse{};  ///< [N s]
+  Real work = 0;   ///< [J]
+};
 
 /// What crossed the system's border since the start: with it the energy and momentum balances close (docs/theory.md).
 struct Ledger {
@@ -58,10 +66,36 @@ struct Ledger {
     state.add("reset_loss", reset_loss);
   }
 
+  /// Of single boundaries, in the order of the case: a part of boundary_impulse and boundary_work, which the explicit solver takes out
+  /// after each step.
+  std::vector<BoundaryShare> boundaries;
+
+  /// Books what the boundary `condition` does along an axis.
+  void press(int condition, std::size_t axis, Real impulse, Real work) {
+    boundary_impulse[axis] += impulse;
+    boundary_work += work;
+    if (condition < 0) return;
+    const auto c = static_cast<std::size_t>(condition);
+    if (c >= boundaries.size()) boundaries.resize(c + 1);
+    boundaries[c].impulse[axis] += impulse;
+    boundaries[c].work += work;
+  }
+  /// Adds what the boundaries did in the books of a part.
+  void add_boundaries(const Ledger& part) {
+    boundary_work += part.boundary_work;
+    for (std::size_t d = 0; d < 3; ++d) boundary_impulse[d] += part.boundary_impulse[d];
+    if (boundaries.size() < part.boundaries.size()) boundaries.resize(part.boundaries.size());
+    for (std::size_t c = 0; c < part.boundaries.size(); ++c) {
+      for (std::size_t d = 0; d < 3; ++d) boundaries[c].impulse[d] += part.boundaries[c].impulse[d];
+      boundaries[c].work += part.boundaries[c].work;
+    }
+  }
+
   /// What the bodies have lost of their energy by all of this, or keep between them [J].
   Real energy_spent() const {
-    return damping_dissipation + viscous_dissipation + plastic_dissipation + contact_dissipation + contact_energy - boundary_work - body_force_work +
-           filter_dissipation - shift_work + removed_energy + soft_dissipation - receding_work + integrator_loss + reset_loss;
+    return damping_dissipation + viscous_dissipation + plastic_dissipation + contact_dissipation + contact_energy - boundary_work -
+           body_force_work + filter_dissipation - shift_work + removed_energy + soft_dissipation - receding_work + integrator_loss +
+           reset_loss;
   }
 };
 
