@@ -5,9 +5,8 @@ Expected: the beam has broken over the peg, and its ends fall; what broke took 4
 Runs in about 5 s. The same as a case file: `matpoint run ice`.
 """
 
-import numpy as np
-
 import matpoint as mp
+import numpy as np
 
 
 def case() -> mp.Case:
@@ -26,9 +25,7 @@ def case() -> mp.Case:
                 region=mp.Box(lower=(0.1, 0.2), upper=(0.9, 0.28)),
                 layout=mp.PerCell(count=4),
                 velocity=mp.UniformVelocity(value=(0, -1)),
-                material=mp.RankineDamage(
-                    density=900, youngs_modulus=1e8, poissons_ratio=0.3, tensile_strength=1e5, fracture_energy=2
-                ),
+                material=mp.RankineDamage(density=900, youngs_modulus=1e8, poissons_ratio=0.3, tensile_strength=1e5, fracture_energy=2),
             ),
         ],
         boundary=[

@@ -5,9 +5,8 @@ Expected: after 0.4 s nine tenths of the ball are within 0.2 m of the wall; the 
 Runs in about 15 s. The same as a case file: `matpoint run snowball`.
 """
 
-import numpy as np
-
 import matpoint as mp
+import numpy as np
 
 
 def case() -> mp.Case:

@@ -5,9 +5,8 @@ Expected: at t = 0.2 s the shock at 0.850 m, pressure 0.303 Pa and velocity 0.92
 Runs in about 2 s. The same as a case file: `matpoint run sod`.
 """
 
-import numpy as np
-
 import matpoint as mp
+import numpy as np
 
 
 def case() -> mp.Case:

@@ -5,18 +5,15 @@ Expected: the fitted angle and cohesion are those of the "measurement" within 1e
 Runs in about 2 s. On the command line: `matpoint test-material mohr_coulomb --path triaxial --confining 1e5 ...`.
 """
 
-import numpy as np
-
 import matpoint as mp
+import numpy as np
 
 PRESSURES = (5e4, 1e5, 2e5)  # [Pa]
 
 
 def sand(friction_angle: float, cohesion: float) -> mp.MohrCoulomb:
     """A sand that keeps its volume when it fails."""
-    return mp.MohrCoulomb(
-        density=1800, youngs_modulus=5e7, poissons_ratio=0.3, cohesion=cohesion, friction_angle=friction_angle
-    )
+    return mp.MohrCoulomb(density=1800, youngs_modulus=5e7, poissons_ratio=0.3, cohesion=cohesion, friction_angle=friction_angle)
 
 
 def strengths(material: mp.MohrCoulomb) -> np.ndarray:

@@ -309,7 +309,7 @@ class Simulation:
 
     @property
     def boundaries(self) -> dict[str, BoundaryState]:
-        """What each boundary does to the bodies, by its name or side, in the order of the case; implicit solver only, else empty."""
+        """What each boundary does to the bodies, by its name or side, in the order of the case."""
         return {name: BoundaryState(np.array(force), np.array(impulse), work) for name, force, impulse, work in self._core.boundaries()}
 
     @property

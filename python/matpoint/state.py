@@ -152,7 +152,7 @@ class BodyState:
         """Assigns a field of all particles.
 
         Args:
-            name: "position" [m], "velocity" [m/s] or "deformation_gradient" [1].
+            name: "position" [m], "velocity" [m/s], "deformation_gradient" [1] or "stress" [Pa], to which the material is brought.
             values: The shape of the field, or one that broadcasts to it.
 
         Raises:
@@ -169,6 +169,10 @@ class BodyState:
             raise _core.InputError(
                 f'body "{self._name}": {name} has the shape {shape}; an array of shape {given.shape} does not fit'
             ) from None
+        if name == "stress":
+            if not np.array_equal(full, full.transpose(0, 2, 1)):
+                raise _core.InputError(f'body "{self._name}": stress is not symmetric')
+            full = np.ascontiguousarray(full.reshape(-1, 9)[:, [0, 4, 8, 1, 5, 2]])
         self._simulation._core.set_field(self._index, name, full)
 
     def __setitem__(self, name: str, values: ArrayLike) -> None:
@@ -210,8 +214,12 @@ class BodyState:
 
     @property
     def stress(self) -> FieldArray:
-        """Cauchy stresses [Pa], shape (n, 3, 3)."""
+        """Cauchy stresses [Pa], shape (n, 3, 3). May be assigned: a law that flows remembers the strain, others get the F that holds it."""
         return self.field("stress")
+
+    @stress.setter
+    def stress(self, values: ArrayLike) -> None:
+        self.assign("stress", values)
 
     @property
     def von_mises(self) -> FieldArray:

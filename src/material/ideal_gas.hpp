@@ -7,7 +7,7 @@ namespace matpoint {
 /// p = (gamma - 1) u/J: an ideal gas, at the pressure p0 where it starts. Into a vacuum it expands for ever.
 struct IdealGas : EquationOfState<IdealGas> {
   static constexpr auto name = "ideal_gas";
-  static constexpr auto summary = "Ideal gas that heats by compression and by shocks.";
+  static constexpr auto summary = "Ideal gas that heats by compression and by shocks (Von Neumann & Richtmyer 1950).";
 
   Real gamma = 1.4;   ///< [1]
   Real pressure = 0;  ///< p0 [Pa]

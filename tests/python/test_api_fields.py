@@ -15,7 +15,7 @@ def test_fields_have_their_shapes_and_values(dim):
     body = simulation.bodies["block"]
     n = len(body)
     assert n == 8**dim
-    shapes = {"position": (n, dim), "velocity": (n, dim), "stress": (n, 3, 3), "deformation_gradient": (n, 3, 3)}
+    shapes = {"principal_stress": (n, 3), "position": (n, dim), "velocity": (n, dim), "stress": (n, 3, 3), "deformation_gradient": (n, 3, 3)}
     for name in body.fields:
         assert body.field(name).shape == shapes.get(name, (n,)), name
     np.testing.assert_allclose(body.velocity[:, 1], 5e-3 * FALL, rtol=1e-12)
@@ -171,11 +171,38 @@ def test_an_assigned_deformation_gives_its_stress_and_energy():
     assert np.abs(history["transfer_loss"]).max() < 0.2 * history["strain_energy"][0]
 
 
+@pytest.mark.parametrize("material", ["neo_hookean", "copper_linear", "snow_dry", "viscoelastic"])
+def test_an_assigned_stress_is_what_the_particles_have(material):
+    """A law that flows remembers the strain, another one gets the F that holds the stress."""
+    laws = {
+        "neo_hookean": mp.NeoHookean(density=1000, youngs_modulus=1e6, poissons_ratio=0.3),
+        "viscoelastic": mp.Viscoelastic(density=1000, bulk_modulus=1e6, shear_modulus=1e5, modulus_1=1e5, time_1=1),
+    }
+    made = mp.Body(
+        name="block",
+        region=mp.Box(lower=[0.25, 0.25], upper=[0.75, 0.75]),
+        layout=mp.PerCell(count=4),
+        material=laws.get(material, material),
+    )
+    simulation = block(gravity=[0, 0], body=made).build()
+    body = simulation.bodies["block"]
+    stress = np.array([[-900.0, 50, 0], [50, -1000, 0], [0, 0, -950]])
+    body.stress = stress
+    in_plane = np.asarray(body.stress)[:, :2, :2]
+    np.testing.assert_allclose(in_plane, np.broadcast_to(stress[:2, :2], in_plane.shape), atol=1e-3)
+    if material in ("copper_linear", "snow_dry"):
+        np.testing.assert_array_equal(body.J, 1)
+        np.testing.assert_allclose(np.asarray(body.stress)[:, 2, 2], -950, atol=1e-3)
+    else:
+        assert (body.J < 1).all()
+
+
 @pytest.mark.parametrize(
     "name, value, text",
     [
-        ("stress", 0.0, "stress cannot be assigned: the stress follows from the deformation"),
-        ("pressure", 0.0, "assign deformation_gradient"),
+        ("stress", np.triu(np.ones((3, 3))), "stress is not symmetric"),
+        ("stress", 1e12 * np.eye(3), "stress of particle row 0: no elastic stretch carries the stress"),
+        ("pressure", 0.0, "assign stress, which the material is brought to, or deformation_gradient"),
         ("mass", 1.0, "particles keep their mass"),
         ("id", 1.0, "particles keep their numbers"),
         ("velocty", 1.0, 'no field "velocty".*did you mean "velocity"'),

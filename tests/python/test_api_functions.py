@@ -140,11 +140,11 @@ def test_callbacks_that_know_the_simulation_do_not_keep_it_alive():
 
 
 def test_a_predicate_chooses_the_nodes_of_a_boundary():
-    side = block(boundary=mp.Boundary(side="bottom", kind="fixed"), time=mp.Time(dt=1e-3, end=0.4))
+    side = block(boundary=mp.Boundary(name="floor", side="bottom", kind="fixed"), time=mp.Time(dt=1e-3, end=0.4))
     where = side.copy()
-    where.boundary = mp.Boundary(region=mp.Where(lambda x: x[:, 1] < 1e-9), kind="fixed")
+    where.boundary = mp.Boundary(name="floor", region=mp.Where(lambda x: x[:, 1] < 1e-9), kind="fixed")
     each = side.copy()
-    each.boundary = mp.Boundary(region=mp.Where(lambda x: x[1] < 1e-9, each=True), kind="fixed")
+    each.boundary = mp.Boundary(name="floor", region=mp.Where(lambda x: x[1] < 1e-9, each=True), kind="fixed")
     simulations = [case.build() for case in (side, where, each)]
     for simulation in simulations:
         simulation.run()
