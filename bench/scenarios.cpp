@@ -99,7 +99,20 @@ ScenarioSet laws(std::size_t particles) {
       {"mu_i", R"({ type = "mu_i", density = 1000, youngs_modulus = 1000, poissons_ratio = 0.3, mu_s = 0.38, mu_2 = 0.64, I0 = 0.28, )"
                R"(grain_diameter = 1e-3, grain_density = 1600 })"},
       {"herschel_bulkley",
-       R"({ type = "herschel_bulkley", density = 1000, youngs_modulus = 1000, poissons_ratio = 0.3, yield_stress = 1, consistency = 1 })"}};
+       R"({ type = "herschel_bulkley", density = 1000, youngs_modulus = 1000, poissons_ratio = 0.3, yield_stress = 1, consistency = 1 })"},
+      {"johnson_cook",
+       R"({ type = "johnson_cook", density = 1000, youngs_modulus = 1000, poissons_ratio = 0.3, A = 1, B = 1, n = 0.3, C = 0.02, )"
+       R"(melting_temperature = 1356, heat_capacity = 383 })"},
+      {"cam_clay", R"({ type = "cam_clay", density = 1000, shear_modulus = 400, critical_slope = 1, lambda_star = 0.1, kappa_star = 0.02, )"
+                   R"(preconsolidation = 30, pressure_offset = 20 })"},
+      {"snow", R"({ type = "snow", density = 1000, youngs_modulus = 1000, poissons_ratio = 0.3 })"},
+      {"fixed_corotated", R"({ type = "fixed_corotated", density = 1000, youngs_modulus = 1000, poissons_ratio = 0.3 })"},
+      {"mooney_rivlin", R"({ type = "mooney_rivlin", density = 1000, c1 = 200, bulk_modulus = 1000 })"},
+      {"ogden", R"({ type = "ogden", density = 1000, mu_1 = 400, alpha_1 = 2, bulk_modulus = 1000 })"},
+      {"viscoelastic",
+       R"({ type = "viscoelastic", density = 1000, bulk_modulus = 1000, shear_modulus = 200, modulus_1 = 200, time_1 = 1 })"},
+      {"rankine_damage", R"({ type = "rankine_damage", density = 1000, youngs_modulus = 1000, poissons_ratio = 0.3, )"
+                         R"(tensile_strength = 1, fracture_energy = 1, length = 0.001 })"}};
   for (const int dim : {2, 3}) {
     for (const auto& [name, law] : all) {
       Scenario scenario = without_plain(bodies(dim, k_jitter, particles));

@@ -98,6 +98,23 @@ struct CamClay : FlowLaw<CamClay, ClayParameters> {
     const T p_trial = T(-mean_stress(theta)), pc_old = hardened(x0);
     const auto is_plastic = T(q * q * (1 / (M * M)) + p_trial * (p_trial - pc_old)) > T(0.0);
 
+    T x = T(0.0), q_new = q;
+    if (any(is_plastic)) {
+      const auto [strain, stress] = return_to_ellipse(theta, q, x0);
+      x = select(is_plastic, strain, T(0.0));
+      q_new = select(is_plastic, stress, q);
+    }
+    updated.plastic_volume_strain = x0 + x;
+    // tau : (e* - e)
+    p.dissipated = T(q_new * (q - q_new) * (1 / (3 * G)) - mean_stress(T(theta + x)) * x);
+    p.set(T(theta + x), T(q_new / q));
+  }
+
+ private:
+  /// The plastic volume strain of the step and q on the ellipse.
+  template <class T>
+  std::pair<T, T> return_to_ellipse(const T& theta, const T& q, const T& x0) const {
+    const Real G = mu(), M = critical_slope;
     // The ellipse by t: p = pc w(t), q = M pc t/(1 + t^2); from its end at p = pc (wet) or p = 0 (dry) at t = 0 to the critical state at 1.
     const T at_critical = volume_strain(theta, x0, T(0.5), T(0.0), 8);
     const auto is_wet = at_critical >= T(0.0);
@@ -114,14 +131,14 @@ struct CamClay : FlowLaw<CamClay, ClayParameters> {
     T x = at_critical;
     T low = T(0.0), high = T(1.0);
     T at_low = q, at_high = flow_rule(high, x);
-    constexpr int k_iterations = 14;
+    constexpr int k_iterations = 10;
     for (int i = 0; i < k_iterations; ++i) {
       // Illinois: the secant, with the end that stays counted half.
       const T difference = T(at_high - at_low);
       const auto is_flat = T(abs(difference)) < T(1e-30);
       T t = T(high - at_high * (high - low) / select(is_flat, T(1.0), difference));
       t = select(is_flat, high, t);
-      x = volume_strain(theta, x0, on_ellipse(t), x, 3);
+      x = volume_strain(theta, x0, on_ellipse(t), x, 2);
       const T at_t = flow_rule(t, x);
       const auto crosses = T(at_t * at_high) < T(0.0);
       low = select(crosses, high, low);
@@ -131,7 +148,7 @@ struct CamClay : FlowLaw<CamClay, ClayParameters> {
     }
     // Newton's method for t and x together is regular at both ends; it carries the derivatives, too.
     T t = high;
-    constexpr int k_polish = 2;
+    constexpr int k_polish = 3;
     for (int i = 0; i < k_polish; ++i) {
       const T pc = hardened(T(x0 + x)), pc_slope = T(pc * (1 / (lambda_star - kappa_star)));
       const T inverse = T(T(1.0) / (T(1.0) + t * t));
@@ -149,19 +166,14 @@ struct CamClay : FlowLaw<CamClay, ClayParameters> {
       x = x - (r1 * r2_t - r1_t * r2) / det;
       t = t - (r1_x * r2 - r1 * r2_x) / det;
     }
-    x = select(is_plastic, x, T(0.0));
-    const T q_new = select(is_plastic, T(M * hardened(T(x0 + x)) * t / (T(1.0) + t * t)), q);
-    updated.plastic_volume_strain = x0 + x;
-    // tau : (e* - e)
-    p.dissipated = T(q_new * (q - q_new) * (1 / (3 * G)) - mean_stress(T(theta + x)) * x);
-    p.set(T(theta + x), T(q_new / q));
+    return {x, T(M * hardened(T(x0 + x)) * t / (T(1.0) + t * t))};
   }
 
- private:
   /// Kept where squares of its exponential are finite.
   template <class T>
   static T limited(const T& x) {
-    constexpr Real k_limit = k_unit_roundoff < T >> 1e-10 ? 35 : 300;
+    constexpr Real k_roundoff = k_unit_roundoff<T>;
+    constexpr Real k_limit = k_roundoff > 1e-10 ? 35 : 300;
     return T(max(T(-k_limit), min(T(k_limit), x)));
   }
   /// -theta/kappa*

@@ -85,18 +85,20 @@ struct JohnsonCook : FlowLaw<JohnsonCook> {
   void flow(State& p, const Internal<T>& old, Internal<T>& updated, Real dt) const {
     const Real K = bulk_modulus(), G = mu(), G3 = 3 * G;
     const T a = old.plastic_strain;
-    const T log_rate = dt > 0 ? T(log(max(T(1.0), T(p.rate * (1 / reference_rate))))) : T(0.0);
+    const T log_rate = dt > 0 && (C > 0 || D4) ? T(log(max(T(1.0), T(p.rate * (1 / reference_rate))))) : T(0.0);
     T heat = T(0.0);
     if (melting_temperature) {
       const Real range = 1 / (*melting_temperature - reference_temperature);
       heat = min(T(1.0), max(T(0.0), T((old.temperature_rise + T(start_temperature() - reference_temperature)) * range)));
     }
-    const T strength = T(T(T(1.0) + C * log_rate) * T(T(1.0) - raised(heat, m)));
+    const T softened = any(heat > T(0.0)) ? T(T(1.0) - raised(heat, m)) : T(1.0);
+    const T strength = T(T(T(1.0) + C * log_rate) * softened);
 
     const T q = T(p.shear() * (std::sqrt(6.0) * G));
     const T yield = T(strength * T(T(A) + B * raised(a, n)));
     const auto is_plastic = q > yield;
-    const T x = plastic_step(q, yield, strength, a);
+    // Where no lane yields there is nothing to solve.
+    const T x = any(is_plastic) ? plastic_step(q, yield, strength, a) : T(0.0);
     const T q_new = select(is_plastic, T(q - G3 * x), q);
     T scale = T(q_new / q);
     updated.plastic_strain = a + x;

@@ -124,8 +124,7 @@ class LawMaterial final : public Material {
     if constexpr (std::is_empty_v<Full>) {
       return f(to_mat3(F), Full{});
     } else {
-      if (is_plane(history.size()))
-        return f(plane_of(F), *reinterpret_cast<const Plane*>(history.data()));
+      if (is_plane(history.size())) return f(plane_of(F), *reinterpret_cast<const Plane*>(history.data()));
       if (!history.empty()) return f(to_mat3(F), *reinterpret_cast<const Full*>(history.data()));
       Full brought{};
       law.deform(to_mat3(F), brought);

@@ -15,7 +15,13 @@ def test_fields_have_their_shapes_and_values(dim):
     body = simulation.bodies["block"]
     n = len(body)
     assert n == 8**dim
-    shapes = {"principal_stress": (n, 3), "position": (n, dim), "velocity": (n, dim), "stress": (n, 3, 3), "deformation_gradient": (n, 3, 3)}
+    shapes = {
+        "principal_stress": (n, 3),
+        "position": (n, dim),
+        "velocity": (n, dim),
+        "stress": (n, 3, 3),
+        "deformation_gradient": (n, 3, 3),
+    }
     for name in body.fields:
         assert body.field(name).shape == shapes.get(name, (n,)), name
     np.testing.assert_allclose(body.velocity[:, 1], 5e-3 * FALL, rtol=1e-12)

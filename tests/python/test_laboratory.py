@@ -63,3 +63,25 @@ def test_the_command_writes_the_same_table(matpoint, tmp_path):
     ):
         wrong = matpoint("test-material", *words)
         assert wrong.returncode == 2 and text in wrong.stderr and wrong.stderr.count("\n") == 1, wrong.stderr
+
+
+def test_any_deformation_is_followed_and_a_name_is_a_material():
+    """Shear given as F(t) is simple_shear; a turn in between changes nothing but the directions."""
+    gamma = np.linspace(0, 0.4, 21)
+    F = np.tile(np.eye(3), (len(gamma), 1, 1))
+    F[:, 0, 1] = gamma
+    given = mp.point_test("copper_linear", "deformation", times=gamma / 2, deformation=F, steps=10)
+    driven = mp.point_test("copper_linear", "simple_shear", strain=0.4, rate=2.0, steps=200)
+    np.testing.assert_allclose(given["stress_xy"], driven["stress_xy"], rtol=1e-9, atol=1)
+    np.testing.assert_allclose(given["time"], driven["time"], atol=1e-12)
+    hot = mp.point_test("copper_ofhc", "uniaxial_stress", strain=0.3, rate=1e3)
+    assert hot["temperature"][0] == 298 and 310 < hot["temperature"][-1] < 330
+    for wrong, text in (
+        ({"times": [0, 1], "deformation": F[:1]}, "two times or more, and 9 numbers of deformation for each; got 2 times and 9 numbers"),
+        ({"times": [0, 0], "deformation": F[:2]}, "times must ascend"),
+        ({"times": [0, 1], "deformation": 2 * F[:2]}, "the first deformation must be the identity"),
+    ):
+        with pytest.raises(mp.InputError, match=text):
+            mp.point_test("copper_linear", "deformation", **wrong)
+    with pytest.raises(mp.InputError, match='did you mean "copper_ofhc"'):
+        mp.point_test("coper_ofhc", "isotropic")
