@@ -247,6 +247,11 @@ void check_for_implicit(const Case& problem, const Input& input) {
                 "the implicit solver needs a law's exact tangent, which a law given as a function does not have; write it in C++ "
                 "(docs/add_a_material.md), or use solver.type = \"explicit\"");
     }
+    if (body.material->is_gas()) {
+      fail_case(
+          place, where,
+          fmt::format("\"{}\" is for solver.type = \"explicit\" only: shocks need steps that no wave outruns", body.material->type()));
+    }
     if (problem.implicit.mode != ImplicitMode::quasi_static) continue;
     if (body.material->is_rate_dependent() && body.material->history_size(problem.dim) == 0) {
       fail_case(place, where, fmt::format("the law \"{}\" depends on rates, which mode = \"static\" does not have", body.material->type()));
