@@ -1,4 +1,5 @@
 // Laws against closed forms (data/closed.csv, from programs of their own in SciPy), what they do in time, and what their steps must obey.
+#include "material/parameter_sets.hpp"
 #include "material/point_path.hpp"
 #include "material/point_test.hpp"
 #include "material/tangent_of_law.hpp"
@@ -454,6 +455,89 @@ TEST(ClosedForms, laws_with_a_state_are_objective_and_never_make_energy) {
       }
     }
   }
+}
+
+TEST(ClosedForms, waves_are_never_faster_than_a_law_says) {
+  // The acoustic tensor by differences, Q(n) a = d/de [P(F + e a x N)] N with N = F^T n: its eigenvalues are rho0 c^2 along n.
+  const std::vector<std::string> laws = {"type = \"fixed_corotated\"\ndensity = 400\nyoungs_modulus = 1e6\npoissons_ratio = 0.3",
+                                         rubber_text("mooney_rivlin", "1e5"),
+                                         rubber_text("yeoh", "1e5"),
+                                         rubber_text("gent", "1e5"),
+                                         rubber_text("ogden", "1e6"),
+                                         "type = \"ideal_gas\"\ndensity = 1.2\npressure = 1e5\nlength = 0.01"};
+  for (const std::string& text : laws) {
+    SCOPED_TRACE(text);
+    const auto material = material_of(text);
+    Samples samples;
+    Real closest = 0;
+    for (int n = 0; n < 200; ++n) {
+      const Eigen::Matrix3d F = n < 20 ? Eigen::Matrix3d(stretch(0.4 + 0.1 * n, 1, 1)) : samples.deformation();
+      const Eigen::Vector3d direction = n < 20 ? Eigen::Vector3d(Eigen::Vector3d::Unit(n % 3)) : samples.rotation().col(0).eval();
+      const Eigen::Vector3d N = F.transpose() * direction;
+      std::vector<Real> history(static_cast<std::size_t>(material->history_size(3)), 0);
+      const auto traction = [&](const Eigen::Matrix3d& G) {
+        std::vector<Real> there = history;
+        material->deform_history(matrix_of(G), there);
+        const Material::Matrix tau = material->kirchhoff_stress(matrix_of(G), there);
+        const Eigen::Matrix3d t = Eigen::Map<const Eigen::Matrix<Real, 3, 3, Eigen::RowMajor>>(tau.data());
+        return Eigen::Vector3d(t * G.inverse().transpose() * N);
+      };
+      Eigen::Matrix3d Q;
+      for (int k = 0; k < 3; ++k) {
+        const Eigen::Matrix3d step = 1e-6 * Eigen::Vector3d::Unit(k) * N.transpose();
+        Q.col(k) = (traction(F + step) - traction(F - step)) / 2e-6;
+      }
+      const Real fastest = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(0.5 * (Q + Q.transpose())).eigenvalues().maxCoeff();
+      material->deform_history(matrix_of(F), history);
+      const Real given = material->wave_modulus(matrix_of(F), history);
+      EXPECT_GT(given, fastest * (1 - 1e-4)) << n << "\n" << F;
+      closest = std::max(closest, fastest / given);
+    }
+    EXPECT_GT(closest, 0.5) << "a bound that is far off wastes steps";
+  }
+}
+
+TEST(ClosedForms, chains_at_their_limit_stay_finite) {
+  const auto material = material_of(rubber_text("gent", "1e7"));
+  // Simple shear: I1 - 3 = gamma^2, tau_xy = mu gamma/(1 - gamma^2/Jm) up to 0.999 Jm, and straight on.
+  const auto tau = [&](Real gamma) {
+    Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
+    F(0, 1) = gamma;
+    return material->kirchhoff_stress(matrix_of(F))[1];
+  };
+  const Real limit = std::sqrt(0.999 * 30);
+  EXPECT_NEAR(tau(0.9999 * limit), 5e4 * 0.9999 * limit / (1 - 0.9999 * 0.9999 * 0.999), 1e-6 * tau(limit));
+  EXPECT_NEAR(tau(limit), 5e4 * limit * 1000, 1e-6 * tau(limit));
+  EXPECT_NEAR(tau(2 * limit), 2 * tau(limit), 1e-6 * tau(limit));
+}
+
+TEST(ClosedForms, what_has_failed_carries_pressure_alone) {
+  const auto copper =
+      material_registry().read(material_table(*parse_toml("x = \"copper_ofhc\"", "c.toml").find("x"), {3, ""}), {3, ""}, "material");
+  MaterialPoint point(copper);
+  const auto damage = [&] { return point.history()[point.history().size() - 2]; };
+  Real strain = 0;
+  while (damage() < 1 && strain < 12) {
+    strain += 0.02;
+    point.move_to(matrix_of(stretch(std::exp(strain), std::exp(-strain / 2), std::exp(-strain / 2))), 1e-3);
+  }
+  // Without mean stress and without heat eps_f = D1 + D2 exp(D3/3 ...) of the triaxiality 0: 5.43, and more as it heats.
+  EXPECT_GT(strain, 5.4);
+  EXPECT_LT(strain, 9);
+  const Real before = point.energy(), lost = point.dissipated();
+  const auto at = [&](Real volume) {
+    const Real s = std::cbrt(volume);
+    point.move_to(matrix_of(stretch(s * std::exp(strain), s * std::exp(-strain / 2), s * std::exp(-strain / 2))), 1e-3);
+    return point.stress();
+  };
+  EXPECT_NEAR(at(1)[0], 0, 1) << "its shear stress is gone";
+  EXPECT_NEAR(point.dissipated() - lost, before, 1e-6 * before) << "and what was stored is booked";
+  EXPECT_EQ(at(1.02)[0], 0) << "no tension";
+  EXPECT_EQ(at(1.001)[0], 0) << "what has opened closes first";
+  const Real K = 124e9 / (3 * (1 - 0.68));
+  const std::array<Real, 6> pressed = at(0.99);
+  EXPECT_NEAR(pressed[0], K * std::log(0.99) / 0.99, 1e-4 * K);
+  EXPECT_NEAR(pressed[0], pressed[1], 1e-6 * K) << "pressure alone";
 }
 
 TEST(ClosedForms, shocks_heat_and_expansion_does_not) {
