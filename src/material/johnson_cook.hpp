@@ -115,18 +115,20 @@ struct JohnsonCook : FlowLaw<JohnsonCook> {
       const T by_rate = T(T(1.0) + D4.value_or(0) * log_rate);
       const T at_failure = T(by_pressure * by_rate * T(T(1.0) + D5.value_or(0) * heat));
       updated.damage = min(T(1.0), T(old.damage + x / max(at_failure, T(1e-6))));
-      // What has failed carries pressure alone, and closes before it presses.
-      const auto has_failed = old.damage > T(1 - 1e-6);
-      const T whole_energy = T(0.5 * K * theta * theta + G * p.shear_squared());
-      // Only what has failed has a gap that closes.
+      // What has failed carries pressure alone, and closes before it presses: only that has a gap that closes. What it had stored is lost
+      // in the step in which it fails.
+      const auto had_failed = old.damage > T(1 - 1e-6);
+      const auto has_failed = updated.damage > T(1 - 1e-6);
+      const T stored = T(0.5 * K * theta * theta + q_new * q_new * (1 / (6 * G)));
       const T left = p.close(old.gap);
       const T pressed = min(T(0.0), p.theta());
       updated.gap = select(has_failed, T(left + (p.theta() - pressed)), T(0.0));
       theta = select(has_failed, pressed, theta);
       scale = select(has_failed, T(0.0), scale);
-      updated.plastic_strain = select(has_failed, a, updated.plastic_strain);
-      updated.temperature_rise = select(has_failed, old.temperature_rise, updated.temperature_rise);
-      p.dissipated = select(has_failed, T(max(T(0.0), T(whole_energy - 0.5 * K * pressed * pressed))), p.dissipated);
+      updated.plastic_strain = select(had_failed, a, updated.plastic_strain);
+      updated.temperature_rise = select(had_failed, old.temperature_rise, updated.temperature_rise);
+      const T lost = T(p.dissipated + stored - 0.5 * K * pressed * pressed);
+      p.dissipated = select(had_failed, T(0.0), select(has_failed, lost, p.dissipated));
     }
     p.set(theta, scale);
   }

@@ -125,6 +125,15 @@ void find_unsafe_schemes(const Case& problem, const Solver& solver, std::vector<
     }
   }
   for (const BodySpec& body : problem.bodies) {
+    const std::vector<InternalVariable> variables = body.material->internal_variables();
+    const bool breaks =
+        std::any_of(variables.begin(), variables.end(), [](const InternalVariable& one) { return one.name == std::string_view("damage"); });
+    if (!breaks || scheme.shape != ShapeKind::cpdi || body.formulation == Formulation::total) continue;
+    risks.push_back(fmt::format(
+        "body \"{}\" may break, and with shape = \"cpdi\" the domains of broken particles grow over whole bodies; take shape = \"gimp\"",
+        body.name));
+  }
+  for (const BodySpec& body : problem.bodies) {
     if (!body.has_fbar() || !scheme.fluid_correction.value_or(false)) continue;
     if (!body.material->is_fluid() || body.formulation == Formulation::total) continue;
     risks.push_back(fmt::format(
