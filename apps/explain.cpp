@@ -62,6 +62,11 @@ void print_parameters(const std::vector<ParameterDescription>& parameters) {
 
 void print_topic(const Topic& topic) {
   fmt::print("{} \"{}\": {}\n", topic.kind, topic.name, topic.summary);
+  for (const ParameterSet& set : parameter_sets()) {
+    if (topic.kind != "parameter set" || set.name != topic.name) continue;
+    for (const auto& [key, value] : set.table.entries()) fmt::print("  {} = {}\n", key, value.text());
+    return;
+  }
   if (topic.parameters.empty()) {
     fmt::print("  no parameters\n");
   } else {

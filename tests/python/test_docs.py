@@ -98,3 +98,12 @@ def test_every_example_of_set_works(matpoint):
 def test_every_shipped_case_has_a_page(matpoint):
     for name in re.findall(r"^  (\S+)", matpoint("list", "cases").stdout, re.M):
         assert (PAGE.parent / "cases" / f"{name.removesuffix('_slim')}.md").exists(), name
+
+
+def test_every_parameter_set_is_listed_with_its_law_and_explained_with_its_numbers(matpoint):
+    names = re.findall(r"^  (\S+)", matpoint("list", "parameter_sets").stdout, re.M)
+    assert len(names) > 8
+    rows = dict(re.findall(r"^\| `(\w+)` \| `(\w+)` \|", PAGE.read_text(), re.M))
+    for name in names:
+        explained = matpoint("explain", name).stdout
+        assert f'type = "{rows[name]}"' in explained and "density = " in explained
