@@ -2,9 +2,11 @@
 // (law.hpp says how); this is its face at run time. The solver does not call it per particle: it takes the law's kernel, once.
 #pragma once
 
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "core/parameters.hpp"
@@ -50,6 +52,13 @@ class Material {
   virtual bool is_fluid() const = 0;
   /// Whether it is a fluid with an energy of its own, whose volume changes as it may.
   bool is_gas() const { return is_fluid() && has_state(); }
+
+  /// Whether it may break: then it has a damage.
+  bool breaks() const {
+    const std::vector<InternalVariable> variables = internal_variables();
+    return std::any_of(variables.begin(), variables.end(),
+                       [](const InternalVariable& one) { return one.name == std::string_view("damage"); });
+  }
 
   /// The law's place in AllLaws, for its kernel, or -1 for a FunctionMaterial; and the law itself, for the kernel to read.
   virtual int law_index() const = 0;

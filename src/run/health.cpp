@@ -238,13 +238,6 @@ void Health::add_momentum(const Snapshot& now, std::vector<HealthLine>& lines) c
   lines.push_back(line);
 }
 
-/// Whether it is no harm that a material comes apart: grains fly, and what is brittle breaks.
-static bool may_part(const Material& material) {
-  const std::vector<InternalVariable> variables = material.internal_variables();
-  return material.flows_freely() ||
-         std::any_of(variables.begin(), variables.end(), [](const InternalVariable& one) { return one.name == std::string_view("damage"); });
-}
-
 void Health::add_bodies(const Snapshot& now, std::vector<HealthLine>& lines) const {
   for (std::size_t b = 0; b < volume_.size(); ++b) {
     const std::string& name = now.solver.body_name(b);
@@ -261,7 +254,8 @@ void Health::add_bodies(const Snapshot& now, std::vector<HealthLine>& lines) con
       line.remedy =
           "a fluid keeps its volume: take a pressure_scale with c0 = sqrt(gamma pressure_scale / density) ten times its speed, or smaller "
           "cells";
-    } else if (J_min_[b].lowest < k_J_low || (J_max_[b].highest > k_J_high && !may_part(*spec.material))) {
+    } else if (J_min_[b].lowest < k_J_low || (J_max_[b].highest > k_J_high && !spec.material->flows_freely() && !spec.material->breaks())) {
+      // (That grains fly and what is brittle breaks is no harm.)
       line.is_good = false;
       line.remedy = "the material was all but turned inside out or torn: take a stiffer law, smaller cells, or more particles in a cell";
     }

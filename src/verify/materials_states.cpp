@@ -211,25 +211,25 @@ Measured layers(int dim, Real end, const std::string& solver, const std::string&
 
 void add_ground(VerifySuite& suite) {
   const std::string implicit_run = "dt = 0.1\n[solver]\ntype = \"implicit\"\n";
-  add_problem(
-      suite,
-      {"layers",
-       "a column of three layers at rest, K0 = 0.5",
-       "materials",
-       true,
-       true,
-       5e7,
-       {},
-       [=] {
-         Measured measured = layers(2, 10, "", "");
-         for (const auto& [name, value] : layers(3, 1, "", "solid_")) measured[name] = value;
-         for (const auto& [name, value] : layers(2, 10, implicit_run, "implicit_")) measured[name] = value;
-         return measured;
-       }},
-      {at_most("stress", 1e-3, "equilibrium"), at_most("kinetic_energy", 1e-8, "the same"), at_most("solid_stress", 1e-3, "the same"),
-       at_most("solid_kinetic_energy", 1e-8, "the same"),
-       at_most("implicit_stress", 0.02, "equilibrium but for the rows at wall and surface, which B-splines do not integrate exactly"),
-       at_most("implicit_kinetic_energy", 2e-5, "the same")});
+  // On B-splines the rows at wall and surface are out of balance at the start, for their stress is not integrated exactly.
+  VerifyRow stress = at_most("implicit_stress", 1e-3, "equilibrium"), motion = at_most("implicit_kinetic_energy", 1e-8, "the same");
+  stress.kind = motion.kind = RowKind::goal;
+  add_problem(suite,
+              {"layers",
+               "a column of three layers at rest, K0 = 0.5",
+               "materials",
+               true,
+               true,
+               5e7,
+               {},
+               [=] {
+                 Measured measured = layers(2, 10, "", "");
+                 for (const auto& [name, value] : layers(3, 1, "", "solid_")) measured[name] = value;
+                 for (const auto& [name, value] : layers(2, 10, implicit_run, "implicit_")) measured[name] = value;
+                 return measured;
+               }},
+              {at_most("stress", 1e-3, "equilibrium"), at_most("kinetic_energy", 1e-8, "the same"),
+               at_most("solid_stress", 1e-3, "the same"), at_most("solid_kinetic_energy", 1e-8, "the same"), stress, motion});
 }
 
 // --- A bar that breaks takes its fracture energy, whatever the cells ----------------------------------------------------------------

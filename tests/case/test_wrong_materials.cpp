@@ -64,6 +64,33 @@ TEST(WrongMaterials, parameters_that_do_not_fit_together_are_refused_with_what_i
   }
 }
 
+TEST(WrongMaterials, a_case_chooses_what_its_materials_need) {
+  const auto chosen = [](const std::string& material, const std::vector<std::string>& sets = {}) {
+    Input input = parse_toml(k_case + ("material = " + material + "\n"), "case.toml");
+    for (const std::string& set : sets) apply_set(input, set);
+    return Case::from_input(input, "case");
+  };
+  std::string moving = k_case;
+  moving.replace(moving.find("dt = 1e-3\n"), 10, "");
+  const std::string water = "{ type = \"newtonian_fluid\", density = 1000, pressure_scale = 1e5 }";
+  const auto automatic = [&](const std::string& material, const std::vector<std::string>& sets = {}) {
+    Input input = parse_toml(moving + "material = " + material + "\n", "case.toml");
+    for (const std::string& set : sets) apply_set(input, set);
+    return Case::from_input(input, "case");
+  };
+  EXPECT_EQ(automatic("\"air\"").time.cfl, 0.2);
+  EXPECT_EQ(automatic("\"air\"", {"time.cfl=0.5"}).time.cfl, 0.5);
+  EXPECT_EQ(automatic("\"air\"", {"solver.quality=robust"}).time.cfl, 0.1);
+  EXPECT_EQ(automatic(water).time.cfl, 0.4);
+  EXPECT_FALSE(*chosen("\"air\"").solver.fluid_correction);
+  EXPECT_TRUE(*chosen(water).solver.fluid_correction);
+  const std::string sand = "{ type = \"mohr_coulomb\", cohesion = 1e3, friction_angle = 30, " + k_elastic + " }";
+  const std::vector<std::string> resting = {"gravity=[0, -10]", "body.block.initial_stress={ type = \"geostatic\", K0 = 0.5 }"};
+  EXPECT_EQ(chosen(sand).solver.shape, ShapeKind::bspline2);
+  EXPECT_EQ(chosen(sand, resting).solver.shape, ShapeKind::gimp);
+  EXPECT_EQ(chosen(sand, resting).solver.transfer, Transfer::apic);
+}
+
 TEST(WrongMaterials, what_does_not_fit_the_case_is_refused) {
   EXPECT_EQ(complaint("\"air\""), "");
   EXPECT_NE(complaint("\"air\"", {"solver.fluid_correction=true"}).find("moves volume without its energy"), std::string::npos);

@@ -41,6 +41,15 @@ def test_stress_is_symmetric_and_agrees_with_its_invariants():
     deviator = stress + pressure[:, None, None] * np.eye(3)
     np.testing.assert_allclose(body.von_mises, np.sqrt(1.5 * np.sum(deviator**2, axis=(1, 2))), rtol=1e-9)
     assert np.abs(stress[:, 0, 1]).max() > 0 and np.abs(stress[:, 1, 2]).max() > 0
+    principal = np.linalg.eigvalsh(stress)
+    np.testing.assert_allclose(body.field("principal_stress"), principal, atol=1e-9 * np.abs(principal).max())
+    ratio = np.where(pressure > 0, body.von_mises / np.where(pressure > 0, pressure, 1), 0)
+    np.testing.assert_allclose(body.field("stress_ratio"), ratio, rtol=1e-9)
+    F = np.asarray(body.deformation_gradient)
+    e = np.log(np.linalg.eigvalsh(F @ np.transpose(F, (0, 2, 1)))) / 2
+    e -= e.mean(axis=1, keepdims=True)
+    np.testing.assert_allclose(body.field("equivalent_strain"), np.sqrt(2 / 3 * np.sum(e**2, axis=1)), rtol=1e-9)
+    np.testing.assert_allclose(body.field("density"), np.asarray(body.mass) / np.asarray(body.volume), rtol=1e-12)
 
 
 def test_an_array_is_a_snapshot_that_outlives_the_simulation():

@@ -83,5 +83,32 @@ TEST(Health, noise_is_a_warning_whose_remedy_does_away_with_it) {
   EXPECT_TRUE(noise_of_block(1, {"solver.transfer=apic"}).is_good);
 }
 
+TEST(Health, what_may_change_its_volume_or_come_apart_is_no_fault) {
+  const auto line_of = [&](const std::string& material, const std::string& speed) {
+    Input input = parse_toml(k_block, "case.toml");
+    for (const std::string& set :
+         {"body.block.material=" + material,
+          "body.block.velocity={ type = \"linear\", center = [0.5, 0.5], gradient = [[" + speed + ", 0], [0, " + speed + "]] }",
+          std::string("grid.particles_outside=remove"), std::string("time.end=0.02")})
+      apply_set(input, set);
+    Simulation sim(Case::from_input(input, "case"));
+    sim.run();
+    const auto lines = sim.health();
+    return *std::find_if(lines.begin(), lines.end(), [](const HealthLine& line) { return line.name == "body block"; });
+  };
+  // A gas that doubles its area, ice that flies apart and sand that does; rubber torn as far would be a fault.
+  EXPECT_TRUE(line_of("{ type = \"ideal_gas\", density = 1, pressure = 1 }", "25").is_good);
+  EXPECT_TRUE(line_of("{ type = \"rankine_damage\", density = 1000, youngs_modulus = 1e4, poissons_ratio = 0.3, tensile_strength = 1, "
+                      "fracture_energy = 1 }",
+                      "400")
+                  .is_good);
+  EXPECT_TRUE(
+      line_of(
+          "{ type = \"drucker_prager\", density = 1000, youngs_modulus = 1e4, poissons_ratio = 0.3, cohesion = 0, friction_angle = 30 }",
+          "400")
+          .is_good);
+  EXPECT_FALSE(line_of("{ type = \"neo_hookean\", density = 1000, youngs_modulus = 10, poissons_ratio = 0.3 }", "400").is_good);
+}
+
 }  // namespace
 }  // namespace matpoint::test

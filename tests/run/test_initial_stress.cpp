@@ -145,6 +145,8 @@ TEST(InitialStress, what_cannot_be_is_refused_with_what_can) {
 TEST(InitialStress, what_is_doubtful_is_said) {
   EXPECT_FALSE(has_warning({}, "initial stress"));
   EXPECT_TRUE(has_warning({"body.lower.initial_stress.K0=0.2"}, "beyond the yield surface of \"drucker_prager\""));
+  // Nothing holds the sides: both fly off, and the body as a whole stays.
+  EXPECT_TRUE(has_warning({"grid.lower=[-1, 0]", "grid.upper=[2, 4]", "grid.cells=[12, 16]"}, "starts out of balance"));
   EXPECT_TRUE(has_warning({"body.lower.initial_stress={ type = \"uniform\", value = [-1e3, -1e3, -1e3, 0] }"}, "starts out of balance"));
 }
 

@@ -152,5 +152,17 @@ TEST(Risks, the_order_that_is_advised_for_damping_brings_a_beam_to_rest) {
   }
 }
 
+TEST(Risks, domains_of_what_breaks_are_warned_of) {
+  const std::string phrase = "may break, and with shape = \"cpdi\"";
+  const std::vector<std::string> ice = {
+      "body.b.region.lower=[0.9, 0.3]",
+      "body.a.material={ type = \"rankine_damage\", density = 1000, youngs_modulus = 1e6, poissons_ratio = 0.3, tensile_strength = 1e3, "
+      "fracture_energy = 1 }",
+      "solver.shape=cpdi"};
+  EXPECT_EQ(warnings_of(read(k_two_blocks, ice), phrase), 1u);
+  EXPECT_EQ(warnings_of(read(k_two_blocks, {ice[0], ice[1]}), phrase), 0u);
+  EXPECT_EQ(warnings_of(read(k_two_blocks, {ice[0], ice[2]}), phrase), 0u);
+}
+
 }  // namespace
 }  // namespace matpoint::test
