@@ -1,5 +1,7 @@
 #pragma once
 
+#include <limits>
+
 #include "material/granular.hpp"
 
 namespace matpoint {
@@ -26,41 +28,47 @@ struct DruckerPrager : GranularLaw<DruckerPrager> {
         "compression in 3D.");
   }
   void check(const Input& input, const ReadContext& context) {
+    fit_ = fit != Fit::by_dimension ? fit : context.dim == 2 ? Fit::plane : Fit::compression;
     GranularLaw::check(input, context);
-    const Real s = std::sin(radians(friction_angle)), c = std::cos(radians(friction_angle));
-    const Real s_b = std::sin(radians(dilatancy_angle)), t_b = std::tan(radians(dilatancy_angle));
-    const Fit where = fit != Fit::by_dimension ? fit : context.dim == 2 ? Fit::plane : Fit::compression;
-    if (where == Fit::plane) {
-      eta_b_ = 3 * t_b / std::sqrt(9 + 12 * t_b * t_b);
-      const Real d = std::sqrt(1 - eta_b_ * eta_b_ / 3) + eta_b_ / 3 * s;
-      eta_ = s / d;
-      xi_c_ = c / d * cohesion;
-    } else {
-      const Real sign = where == Fit::compression ? -1 : 1;
-      const Real d = std::sqrt(3.0) * (3 + sign * s);
-      eta_ = 6 * s / d;
-      xi_c_ = 6 * c / d * cohesion;
-      eta_b_ = 6 * s_b / (std::sqrt(3.0) * (3 + sign * s_b));
+  }
+
+  /// eta, eta_b, xi c.
+  std::array<Real, 3> strength_of(Real c, Real phi, Real psi) const {
+    const Real sin_phi = std::sin(radians(phi)), cos_phi = std::cos(radians(phi));
+    if (fit_ == Fit::plane) {
+      const Real t = std::tan(radians(psi));
+      const Real eta_b = 3 * t / std::sqrt(9 + 12 * t * t);
+      const Real d = std::sqrt(1 - eta_b * eta_b / 3) + eta_b / 3 * sin_phi;
+      return {sin_phi / d, eta_b, cos_phi / d * c};
     }
-    apex_ = eta_ > 0 ? xi_c_ / eta_ : no_limit();
-    if (tension_cutoff) apex_ = std::min(apex_, *tension_cutoff);
+    const Real sign = fit_ == Fit::compression ? -1 : 1;
+    const Real d = std::sqrt(3.0) * (3 + sign * sin_phi);
+    const Real sin_psi = std::sin(radians(psi));
+    return {6 * sin_phi / d, 6 * sin_psi / (std::sqrt(3.0) * (3 + sign * sin_psi)), 6 * cos_phi / d * c};
+  }
+  Real softening_limit() const {
+    const auto [eta, eta_b, xi_c] = residual();
+    const Real lost = peak()[2] - xi_c;
+    return lost > 0 ? (mu() + bulk_modulus() * eta * eta_b) / lost : std::numeric_limits<Real>::infinity();
   }
 
   static constexpr bool scales_deviator = true;
 
-  template <class State, class T>
-  void flow(State& p, const Internal<T>& old, Internal<T>& updated, Real /*dt*/) const {
+  template <class S, class State, class T>
+  void flow_with(const std::array<S, 3>& strength, State& p, const Internal<T>& old, Internal<T>& updated) const {
+    const auto& [eta, eta_b, xi_c] = strength;
+    const S apex = apex_of(eta, xi_c, S(tension_cutoff.value_or(no_limit())));
     const Real K = bulk_modulus(), G = mu();
     T gap = p.close(old.gap);
     const T theta = p.theta();
     const T m = T(K * theta);
     const T r = T(p.shear() * (std::sqrt(2.0) * G));
-    const T flow = T(max(T(0.0), T(r + eta_ * m - T(xi_c_))) * (1 / (G + K * eta_ * eta_b_)));
+    const T flow = T(max(T(0.0), T(r + eta * m - T(xi_c))) * S(S(1.0) / S(G + K * eta * eta_b)));
     const T on_cone_r = T(r - G * flow);
-    const T on_cone_m = T(m - (K * eta_b_) * flow);
-    const auto is_parting = (on_cone_m > T(apex_)) | (on_cone_r < T(0.0));
-    const T new_m = select(is_parting, T(apex_), on_cone_m);
-    const T new_r = select(is_parting, T(min(r, T(std::max(xi_c_ - eta_ * apex_, Real{0})))), on_cone_r);
+    const T on_cone_m = T(m - S(K * eta_b) * flow);
+    const auto is_parting = (on_cone_m > T(apex)) | (on_cone_r < T(0.0));
+    const T new_m = select(is_parting, T(apex), on_cone_m);
+    const T new_r = select(is_parting, T(min(r, T(max(T(0.0), T(xi_c - eta * apex))))), on_cone_r);
     const T new_theta = T(new_m * (1 / K));
     gap = gap + select(is_parting, T(theta - new_theta), T(0.0));
     p.set(new_theta, T(new_r / r));
@@ -70,9 +78,7 @@ struct DruckerPrager : GranularLaw<DruckerPrager> {
   }
 
  private:
-  Real eta_ = 0, eta_b_ = 0;
-  Real xi_c_ = 0;  ///< [Pa]
-  Real apex_ = 0;  ///< [Pa]
+  Fit fit_ = Fit::plane;  ///< Of the dimension, where the case leaves it to that.
 };
 
 }  // namespace matpoint

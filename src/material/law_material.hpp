@@ -80,7 +80,9 @@ class LawMaterial final : public Material {
     }
   }
   bool needs_length() const override {
-    if constexpr (requires { law.length; })
+    if constexpr (requires { law.needs_length(); })
+      return law.needs_length();
+    else if constexpr (requires { law.length; })
       return !law.length;
     else
       return false;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <limits>
+
 #include "material/granular.hpp"
 
 namespace matpoint {
@@ -13,17 +15,23 @@ struct MohrCoulomb : GranularLaw<MohrCoulomb> {
       "Mohr-Coulomb plasticity for soils and grains with exact edges (Souza Neto, Peric & Owen 2008, sec. 8.2); Tresca's without friction.";
 
   static void declare(ParameterTable<MohrCoulomb>& table) { declare_strength(table); }
-  void check(const Input& input, const ReadContext& context) {
-    GranularLaw::check(input, context);
-    s_ = std::sin(radians(friction_angle));
-    s_b_ = std::sin(radians(dilatancy_angle));
-    strength_ = 2 * cohesion * std::cos(radians(friction_angle));
-    apex_ = friction_angle > 0 ? cohesion / std::tan(radians(friction_angle)) : no_limit();
-    cutoff_ = tension_cutoff ? std::min(apex_, *tension_cutoff) : apex_;
+
+  /// sin phi, sin psi, 2 c cos phi.
+  std::array<Real, 3> strength_of(Real c, Real phi, Real psi) const {
+    return {std::sin(radians(phi)), std::sin(radians(psi)), 2 * c * std::cos(radians(phi))};
+  }
+  Real softening_limit() const {
+    const auto [s, s_b, two_c] = residual();
+    const Real lost = peak()[2] - two_c;
+    const Real A = 4 * lambda() * s * s_b + 4 * mu() * (1 + s * s_b);
+    return lost > 0 ? A / (lost * std::sqrt(4 + 4.0 / 3 * s_b * s_b)) : std::numeric_limits<Real>::infinity();
   }
 
-  template <class State, class T>
-  void flow(State& p, const Internal<T>& old, Internal<T>& updated, Real /*dt*/) const {
+  template <class S, class State, class T>
+  void flow_with(const std::array<S, 3>& strength, State& p, const Internal<T>& old, Internal<T>& updated) const {
+    const auto& [s, s_b, two_c] = strength;
+    const S apex = apex_of(S(2.0 * s), two_c, S(no_limit()));
+    const S cutoff = S(min(apex, S(tension_cutoff.value_or(no_limit()))));
     const Real G = mu(), la = lambda();
     T gap = p.close(old.gap);
     const std::array<T, 3> before = {p.e[0], p.e[1], p.e[2]};
@@ -35,25 +43,29 @@ struct MohrCoulomb : GranularLaw<MohrCoulomb> {
     const T t1 = T(la * theta + 2 * G * p.e[0]), t2 = T(la * theta + 2 * G * p.e[1]), t3 = T(la * theta + 2 * G * p.e[2]);
 
     const T none = T(0.0);
+    const auto above = [&](const T& high, const T& low) { return T((high - low) + s * (high + low) - T(two_c)); };
     const T F13 = T(max(none, above(t1, t3)));
     // One plane: t - C b F/(a . C b), with b = (1 + s_b, 0, s_b - 1).
-    const Real volume = 2 * la * s_b_;
-    const Real up = volume + 2 * G * (1 + s_b_), across = volume, down = volume - 2 * G * (1 - s_b_);
-    const Real traces = 4 * la * s_ * s_b_;
-    const Real A = traces + 2 * G * ((1 + s_) * (1 + s_b_) + (1 - s_) * (1 - s_b_));
-    const T l = T(F13 * (1 / A));
+    const S one = S(1.0);
+    const S across = S(2 * la * s_b);
+    const S up = S(across + 2 * G * (one + s_b)), down = S(across - 2 * G * (one - s_b));
+    const S traces = S(4 * la * s * s_b);
+    const S A = S(traces + 2 * G * ((one + s) * (one + s_b) + (one - s) * (one - s_b)));
+    const T l = T(F13 * S(one / A));
     const T one1 = T(t1 - up * l), one2 = T(t2 - across * l), one3 = T(t3 - down * l);
     // t1 = t2, triaxial compression: planes 13 and 23.
-    const Real B_c = traces + 2 * G * (1 - s_) * (1 - s_b_);
+    const S B_c = S(traces + 2 * G * (one - s) * (one - s_b));
+    const S inverse_c = S(one / S(A * A - B_c * B_c));
     const T F23 = above(t2, t3);
-    const T c1 = T((A * F13 - B_c * F23) * (1 / (A * A - B_c * B_c)));
-    const T c2 = T((A * F23 - B_c * F13) * (1 / (A * A - B_c * B_c)));
+    const T c1 = T((A * F13 - B_c * F23) * inverse_c);
+    const T c2 = T((A * F23 - B_c * F13) * inverse_c);
     const T com1 = T(t1 - up * c1 - across * c2), com2 = T(t2 - across * c1 - up * c2), com3 = T(t3 - down * (c1 + c2));
     // t2 = t3, extension: planes 13 and 12.
-    const Real B_e = traces + 2 * G * (1 + s_) * (1 + s_b_);
+    const S B_e = S(traces + 2 * G * (one + s) * (one + s_b));
+    const S inverse_e = S(one / S(A * A - B_e * B_e));
     const T F12 = above(t1, t2);
-    const T e1 = T((A * F13 - B_e * F12) * (1 / (A * A - B_e * B_e)));
-    const T e2 = T((A * F12 - B_e * F13) * (1 / (A * A - B_e * B_e)));
+    const T e1 = T((A * F13 - B_e * F12) * inverse_e);
+    const T e2 = T((A * F12 - B_e * F13) * inverse_e);
     const T ext1 = T(t1 - up * (e1 + e2)), ext2 = T(t2 - across * e1 - down * e2), ext3 = T(t3 - down * e1 - across * e2);
 
     const auto is_compression = one2 > one1;
@@ -61,14 +73,14 @@ struct MohrCoulomb : GranularLaw<MohrCoulomb> {
     T r1 = select(is_compression, com1, select(is_extension, ext1, one1));
     T r2 = select(is_compression, com2, select(is_extension, ext2, one2));
     T r3 = select(is_compression, com3, select(is_extension, ext3, one3));
-    const T slack = T((64 * k_unit_roundoff<T>)*(abs(t1) + abs(t2) + abs(t3)));
+    const T slack = T((64 * k_unit_roundoff<T>) * (abs(t1) + abs(t2) + abs(t3)));
     const T mean = T((r1 + r2 + r3) * (1.0 / 3));
-    const auto is_apex = (mean > T(apex_)) | (r2 > r1 + slack) | (r3 > r2 + slack);
-    r1 = select(is_apex, T(apex_), r1);
-    r2 = select(is_apex, T(apex_), r2);
-    r3 = select(is_apex, T(apex_), r3);
+    const auto is_apex = (mean > T(apex)) | (r2 > r1 + slack) | (r3 > r2 + slack);
+    r1 = select(is_apex, T(apex), r1);
+    r2 = select(is_apex, T(apex), r2);
+    r3 = select(is_apex, T(apex), r3);
     // Tension, where less is allowed than at the apex: the mean stress falls, the rest of the stress stays.
-    const T excess = T(max(none, T((r1 + r2 + r3) * (1.0 / 3) - T(cutoff_))));
+    const T excess = T(max(none, T((r1 + r2 + r3) * (1.0 / 3) - T(cutoff))));
     r1 = r1 - excess;
     r2 = r2 - excess;
     r3 = r3 - excess;
@@ -111,16 +123,6 @@ struct MohrCoulomb : GranularLaw<MohrCoulomb> {
     b = select(keeps, b, a);
     a = first;
   }
-  /// The yield function of a plane.
-  template <class T>
-  T above(const T& high, const T& low) const {
-    return T((high - low) + s_ * (high + low) - T(strength_));
-  }
-
-  Real s_ = 0, s_b_ = 0;  ///< sin phi, sin psi
-  Real strength_ = 0;     ///< 2 c cos phi [Pa]
-  Real apex_ = 0;         ///< c cot phi [Pa]
-  Real cutoff_ = 0;       ///< Greatest mean stress [Pa].
 };
 
 }  // namespace matpoint

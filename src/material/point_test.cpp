@@ -53,6 +53,9 @@ Real solve(F&& f, Real start, Real tolerance) {
 
 MaterialPoint::MaterialPoint(std::shared_ptr<const Material> material)
     : material_(std::move(material)), history_(static_cast<std::size_t>(material_->history_size(3)), 0) {
+  // Without it a gas has no shocks, which a point does not see either; but nothing would break or soften.
+  if (material_->needs_length() && !material_->is_gas())
+    throw InputError("the material of a point needs `length` [m], the cell size that it breaks or softens with; allowed: > 0");
   stress_ = step_to(k_identity, 1).stress;
 }
 

@@ -85,9 +85,65 @@ kind = "slip"
           {prefix + "height", greatest(sim, 1) / L0}};
 }
 
+/// The work per area [J/m^2] of a clay that is sheared by 40 mm until a band, one cell wide, has lost four fifths of its strength.
+Real work_of_band(const std::string& law, int rows) {
+  constexpr Real H = 0.4;
+  const Real h = H / rows, middle = rows / 2 * h;
+  const auto body = [&](const char* name, Real from, Real to, Real cohesion) {
+    return fmt::format(R"(
+[[body]]
+name = "{}"
+region = {{ type = "box", lower = [0, {}], upper = [{}, {}] }}
+layout = {{ type = "per_cell", count = 4 }}
+material = {{ {}, density = 1800, youngs_modulus = 1e7, poissons_ratio = 0.3, cohesion = {}, residual_cohesion = {}, friction_angle = 0, softening_slip = 0.02 }}
+)",
+                       name, from, 4 * h, to, law, cohesion, 0.2 * cohesion);
+  };
+  Simulation sim(default_case("band", fmt::format(R"(
+[grid]
+upper = [{}, {}]
+cells = [4, {}]
+periodic = ["x"]
+[time]
+end = 0.4
+[[boundary]]
+side = "bottom"
+kind = "fixed"
+[[boundary]]
+side = "top"
+kind = "velocity"
+velocity = [0.1, 0]
+)",
+                                                  4 * h, H, rows) +
+                                          // The band begins where it is a little weaker.
+                                          body("lower", 0, middle, 1e4) + body("band", middle, middle + h, 0.98e4) +
+                                          body("upper", middle + h, H, 1e4)));
+  sim.run();
+  return sim.solver().boundaries()[1].work / (4 * h);
+}
+
 }  // namespace
 
 void add_grains(VerifySuite& suite) {
+  // The residual strength all the way, and a triangle above it.
+  constexpr Real c = 1e4, work = 0.2 * c * 0.04 + 0.5 * 0.8 * c * 0.02;
+  add_problem(suite,
+              {"softening_band",
+               "a band that softens",
+               "materials",
+               true,
+               true,
+               3e6,
+               {},
+               [] {
+                 const std::string mohr = "type = \"mohr_coulomb\"", cone = "type = \"drucker_prager\"";
+                 return Measured{{"coarse", work_of_band(mohr, 4) / work},
+                                 {"middle", work_of_band(mohr, 8) / work},
+                                 {"fine", work_of_band(mohr, 16) / work},
+                                 {"cone", work_of_band(cone, 8) / work}};
+               }},
+              {within("coarse", 1, 0.1, "the work of the slip, whatever the cells: 100 mm"), within("middle", 1, 0.1, "50 mm"),
+               within("fine", 1, 0.1, "25 mm"), within("cone", 1, 0.1, "Drucker-Prager's")});
   const std::string bui = "Bui et al. (2008), experiment with rods of aluminium";
   add_problem(suite,
               {"granular_rods",

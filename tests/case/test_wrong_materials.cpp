@@ -34,6 +34,8 @@ TEST(WrongMaterials, parameters_that_do_not_fit_together_are_refused_with_what_i
       "preconsolidation = 1e5, ";
   const std::string copper = "{ type = \"johnson_cook\", A = 9e7, " + k_elastic;
   const std::string ice = "{ type = \"rankine_damage\", tensile_strength = 1e6, fracture_energy = 10, " + k_elastic;
+  const std::string soil = "{ type = \"mohr_coulomb\", cohesion = 1e5, friction_angle = 30, " + k_elastic;
+  const std::string cone = "{ type = \"drucker_prager\", cohesion = 1e5, friction_angle = 30, " + k_elastic;
   const std::string rubber = "density = 1000, bulk_modulus = 1e8";
   const std::vector<std::pair<std::string, std::string>> wrong = {
       {clay + "lambda_star = 0.02, kappa_star = 0.02 }", "lambda_star = 0.02 is not above kappa_star = 0.02"},
@@ -47,6 +49,19 @@ TEST(WrongMaterials, parameters_that_do_not_fit_together_are_refused_with_what_i
        "poissons_ratio = 0.5 is not allowed"},
       {ice + " }", "length = 0.1 stores more energy than fracture_energy takes when it breaks"},
       {ice + ", length = 1 }", "allowed: below 2 E Gf/ft^2 = 0.02"},
+      {soil + ", dilatancy_angle = 31 }", "dilatancy_angle = 31 is above friction_angle = 30"},
+      {soil + ", residual_cohesion = 2e5, softening_slip = 0.1 }",
+       "residual_cohesion = 200000 is above cohesion = 100000; allowed: 0 to cohesion"},
+      {soil + ", residual_friction_angle = 31, softening_slip = 0.1 }", "residual_friction_angle = 31 is above friction_angle = 30"},
+      {soil + ", residual_dilatancy_angle = 1, softening_slip = 0.1 }", "residual_dilatancy_angle = 1 is above dilatancy_angle = 0"},
+      {soil + ", dilatancy_angle = 20, residual_dilatancy_angle = 15, residual_friction_angle = 10, softening_slip = 0.1 }",
+       "residual_dilatancy_angle = 15 is above the residual friction angle = 10"},
+      {soil + ", residual_cohesion = 0 }", "residual strength needs softening_slip [m]"},
+      {soil + ", softening_slip = 0.1 }", "softening_slip = 0.1 has nothing to soften"},
+      // slip G/(c cos phi), without dilatancy
+      {soil + ", residual_cohesion = 0, softening_slip = 1e-5 }",
+       "length = 0.1 stores more energy than softening takes (it would snap back); allowed: below 0.0444116"},
+      {cone + ", residual_cohesion = 0, softening_slip = 1e-5 }", "allowed: below 0.0444116: use smaller cells or a longer softening_slip"},
       {"{ type = \"snow\", hardening_limit = 0.5, " + k_elastic + " }", "hardening_limit = 0.5 is not allowed, it must be at least 1"},
       {"{ type = \"yeoh\", c1 = 1e4, c2 = -1e4, c3 = 10, " + rubber + " }", "allowed: c2 > -sqrt(3 c1 c3)"},
       {"{ type = \"gent\", shear_modulus = 1e4, Jm = 0, " + rubber + " }", "Jm = 0 is not allowed"},

@@ -3,6 +3,7 @@
     scripts/faults                      all kinds at all calls of all runs (half an hour)
     scripts/faults --every 20           at each 20th call
     scripts/faults kill power --runs explicit implicit
+    scripts/faults --random 1000         runs of some seconds, killed at random times instead, and continued
 
 A run that was killed must leave files that every reader opens (h5py, VTK, ours), with the times that were complete and nothing else, and
 end with the files of an uninterrupted run when it is continued. A run whose call failed must say so, or have right files.
@@ -13,10 +14,12 @@ from __future__ import annotations
 import argparse
 import csv
 import os
+import random
 import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 import h5py
@@ -55,6 +58,18 @@ RUNS = {
         ["--checkpoint-steps", "8"],
     ),
     "times": (BLOCK + "[output]\nfields_every = 0.0028\nhistory_every = 0.0028\n", ["--checkpoint-steps", "20"]),
+}
+# Runs of some seconds on one thread, for kills at random times.
+LONG_RUNS = {
+    "explicit_long": (
+        BLOCK.replace("[10, 10]", "[150, 150]").replace("end = 0.2", "end = 2.4") + "[output]\nfields_every = 0.1\nhistory_every = 0.01\n",
+        ["--checkpoint-steps", "100"],
+    ),
+    "implicit_long": (
+        BLOCK.replace("[10, 10]", "[64, 64]").replace("end = 0.2", "end = 2.4\ndt = 0.002")
+        + '[solver]\ntype = "implicit"\n[output]\nfields_every = 0.08\nhistory_every = 0.004\n',
+        ["--checkpoint-wall", "0.5"],
+    ),
 }
 KINDS = ("kill", "power", "eio", "enospc", "short", "eintr")
 
@@ -177,7 +192,7 @@ class Trials:
 
     def prepare(self, name: str) -> tuple[int, Left]:
         """Calls of an undisturbed run, and what it leaves."""
-        case, options = RUNS[name]
+        case, options = (RUNS | LONG_RUNS)[name]
         (self.folder / f"{name}.toml").write_text(case)
         shutil.rmtree(self.folder / "cut", ignore_errors=True)
         done = self.run(f"{name}.toml", "--out", "cut", *options, counts=True)
@@ -185,15 +200,46 @@ class Trials:
         return int((self.folder / "calls").read_text()), Left(self.folder / "cut")
 
     def try_one(self, name: str, kind: str, at: int, whole: Left) -> None:
-        options = RUNS[name][1]
+        self.clear()
+        done = self.run(f"{name}.toml", "--out", "cut", *RUNS[name][1], kind=kind, at=at)
+        self.look_and_continue(name, f"{kind} at call {at}", kind, done, whole)
+
+    def kill_at(self, name: str, seconds: float, whole: Left) -> None:
+        """A run that is killed some seconds after its start, unless it has ended."""
+        self.clear()
+        options = LONG_RUNS[name][1]
+        words = [
+            "timeout",
+            "--signal",
+            "KILL",
+            str(seconds),
+            self.program,
+            "run",
+            f"{name}.toml",
+            "--out",
+            "cut",
+            *options,
+            "--threads",
+            "1",
+        ]
+        done = subprocess.run(words, cwd=self.folder, capture_output=True, text=True)
+        if done.returncode == 137:
+            done.returncode = -9
+        kind = "kill" if done.returncode != 0 else "end"
+        self.look_and_continue(name, f"killed after {seconds:.3f} s", kind, done, whole)
+
+    def clear(self) -> None:
+        for folder in ("cut", "spare"):
+            shutil.rmtree(self.folder / folder, ignore_errors=True)
+
+    def look_and_continue(self, name: str, trial: str, kind: str, done: subprocess.CompletedProcess[str], whole: Left) -> None:
+        """What the run has left must be the beginning of the whole one, and go on to its end."""
+        options = (RUNS | LONG_RUNS)[name][1]
         folder = self.folder / "cut"
-        shutil.rmtree(folder, ignore_errors=True)
-        shutil.rmtree(self.folder / "spare", ignore_errors=True)
-        done = self.run(f"{name}.toml", "--out", "cut", *options, kind=kind, at=at)
         self.count += 1
 
         def fail(what: str) -> None:
-            self.failures.append(f"{name}: {kind} at call {at}: {what}; exit code {done.returncode}, {done.stderr.strip()[:300]}")
+            self.failures.append(f"{name}: {trial}: {what}; exit code {done.returncode}, {done.stderr.strip()[:300]}")
 
         try:
             left = Left(folder)
@@ -226,16 +272,35 @@ class Trials:
         return None
 
 
+def kill_at_random(trials: Trials, count: int, seed: int) -> None:
+    times = random.Random(seed)
+    for number, name in enumerate(LONG_RUNS):
+        begin = time.monotonic()
+        _, whole = trials.prepare(name)
+        seconds = time.monotonic() - begin
+        before = len(trials.failures)
+        kills = count // len(LONG_RUNS) + (number < count % len(LONG_RUNS))
+        for _ in range(kills):
+            trials.kill_at(name, times.uniform(0.0, seconds), whole)
+        print(f"{name}: {seconds:.1f} s, {kills} kills: {len(trials.failures) - before} failures", flush=True)
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("kinds", nargs="*", default=list(KINDS), metavar="KIND", help=f"of {', '.join(KINDS)}; default: all")
     parser.add_argument("--runs", nargs="+", default=list(RUNS), choices=list(RUNS))
     parser.add_argument("--every", type=int, default=1, help="try each so many-th call")
+    parser.add_argument(
+        "--random", type=int, default=0, metavar="COUNT", help="so many runs of some seconds, killed at random times, instead"
+    )
+    parser.add_argument("--seed", type=int, default=1, help="of the random times")
     parser.add_argument("--program", default=str(HERE.parent.parent / "build/release/bin/matpoint"))
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         trials = Trials(arguments.program, Path(folder))
-        for name in arguments.runs:
+        if arguments.random > 0:
+            kill_at_random(trials, arguments.random, arguments.seed)
+        for name in arguments.runs if arguments.random == 0 else []:
             calls, whole = trials.prepare(name)
             for kind in arguments.kinds:
                 before = len(trials.failures)
