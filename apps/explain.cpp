@@ -125,6 +125,7 @@ void list_cases() {
 
 void list_fields() {
   fmt::print("fields:\n  {}\n", fmt::join(particle_field_names(), "\n  "));
+  fmt::print("fields on request, where output.fields names them:\n  displacement\n");
   fmt::print("fields of single materials:\n");
   std::size_t width = 0;
   for (const auto& [name, laws] : material_variables()) width = std::max(width, name.size());

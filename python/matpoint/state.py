@@ -204,6 +204,11 @@ class BodyState:
         self.assign("velocity", values)
 
     @property
+    def displacement(self) -> FieldArray:
+        """Displacements since the start of the run [m], shape (n, dim). Raises InputError unless `output.fields` names "displacement"."""
+        return self.field("displacement")
+
+    @property
     def deformation_gradient(self) -> FieldArray:
         """Deformation gradients F [1], shape (n, 3, 3); plane strain in 2D. May be assigned."""
         return self.field("deformation_gradient")

@@ -152,7 +152,12 @@ void CellBlocks<Dim, R>::extract(Band& band, BlockType& block, std::vector<Mover
       x -= shift;
       const int cells = grid_.cells(d);
       if (grid_.is_periodic(d)) {
-        cell = (cell % cells + cells) % cells;
+        const int here = (cell % cells + cells) % cells;
+        if (layout_.start >= 0) {
+          R& start = band.leaving.values[begin + static_cast<std::size_t>(layout_.start + d)];
+          start += static_cast<R>((here - cell) * grid_.cell_size(d));  // its displacement goes on
+        }
+        cell = here;
       } else if (cell == cells && x == 0) {
         cell = cells - 1;  // exactly on the far side: inside
         x = 1;

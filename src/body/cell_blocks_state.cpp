@@ -19,6 +19,7 @@ std::vector<std::tuple<std::string, int, int>> named_fields(const SlotLayout<Dim
           {"affine_velocity", at.C, Dim * Dim},
           {"displacement", at.u, Dim},
           {"body_force", at.b, Dim},
+          {"start_position", at.start, Dim},
           {"reference_volume", at.volume, 1},
           {"history", at.history, at.history_count}};
 }
@@ -79,6 +80,7 @@ void CellBlocks<Dim, R>::declare_state(State& state) {
       for (int lane = 0; lane < L; ++lane) total += static_cast<std::size_t>(block.count(lane));
     });
   }
+  if (count_ != static_cast<Index>(total)) state.fail("count", fmt::format("is {}, and the cells have {} particles", count_, total));
   struct Column {
     std::string name;
     int first;

@@ -77,7 +77,11 @@ SlotLayout<Dim> make_layout(const BodySpec& body, const ParticleScheme& scheme, 
     layout.history_count = count;
     next += count;
   }
-  layout.id = next++;  // last: what comes before is fetched in one run
+  layout.id = next++;  // what comes before is fetched in one run
+  if (body.keeps_displacement && layout.u < 0) {
+    layout.start = next;
+    next += Dim;
+  }
   layout.field_count = next;
   return layout;
 }
@@ -161,6 +165,8 @@ void ParticleBody<Dim, R>::seed(const BodySpec& spec, Grid<Dim, R>& grid) {
       }
     }
     at(layout.id) = id_to_bits<R>(p);
+    for (int d = 0; layout.start >= 0 && d < Dim; ++d)
+      at(layout.start + d) = static_cast<R>(seeds.position[p][static_cast<std::size_t>(d)] - grid.lower(d));
     if (layout.volume >= 0) at(layout.volume) = static_cast<R>(seeds.volume[p]);
     for (int s = 0; layout.tau >= 0 && s < k_stress_size<Dim>; ++s) at(layout.tau + s) = static_cast<R>(tau[static_cast<std::size_t>(s)]);
     if (!start.empty()) {

@@ -193,6 +193,7 @@ class ParticleBody final : public Body<Dim> {
   /// Of the particle with the fields, whose place in the cells is `place`.
   Vec3 position_of(const R* fields, int stride, Vec3 place) const;
   Vec3 velocity(const Particle& p) const;
+  Vec3 displacement(const Particle& p) const;
   Real volume0(const Particle& p) const;
   Material::Matrix deformation_gradient(const Particle& p) const;
   PointHistory history(const Particle& p) const;

@@ -26,6 +26,17 @@ Vec3 ParticleBody<Dim, R>::velocity(const Particle& p) const {
 }
 
 template <int Dim, class R>
+Vec3 ParticleBody<Dim, R>::displacement(const Particle& p) const {
+  const SlotLayout<Dim>& at = blocks_->layout();
+  Vec3 u{};
+  for (int d = 0; d < Dim; ++d) {
+    const auto s = static_cast<std::size_t>(d);
+    u[s] = at.u >= 0 ? p.field(at.u + d) : p.position[s] - grid_.lower(d) - p.field(at.start + d);
+  }
+  return u;
+}
+
+template <int Dim, class R>
 Real ParticleBody<Dim, R>::volume0(const Particle& p) const {
   return blocks_->layout().volume >= 0 ? p.field(blocks_->layout().volume) : uniform_volume_;
 }
@@ -150,6 +161,7 @@ template <int Dim, class R>
 std::vector<std::string> ParticleBody<Dim, R>::field_names() const {
   std::vector<std::string> names = particle_field_names(*material_);
   if (blocks_->layout().C >= 0) names.push_back("affine_velocity");
+  if (blocks_->layout().start >= 0 || blocks_->layout().u >= 0) names.push_back("displacement");
   return names;
 }
 

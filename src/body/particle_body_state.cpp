@@ -34,6 +34,17 @@ void ParticleBody<Dim, R>::declare_state(State& state) {
       outside_.push_back({{begin, begin + static_cast<std::ptrdiff_t>(stride)}, outside_positions[k]});
     }
   }
+  if (state.is_loading()) {
+    std::vector<bool> is_taken(static_cast<std::size_t>(id_count_), false);
+    for_each_particle([&](const Particle& p) {
+      const auto number = static_cast<std::size_t>(id(p));
+      if (number >= is_taken.size() || is_taken[number]) {
+        state.fail("id", fmt::format("has {} {}; each particle has its own, below {}", number, number < is_taken.size() ? "twice" : "in it",
+                                     is_taken.size()));
+      }
+      is_taken[number] = true;
+    });
+  }
   state.in("inside_obstacle", [&] {
     for (std::size_t k = 0; k < inside_.size(); ++k) state.add(std::to_string(k), inside_[k]);
   });

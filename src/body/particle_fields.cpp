@@ -32,9 +32,15 @@ constexpr FieldShape k_shapes[] = {{"position", "m", 0},
                                    {"principal_stress", "Pa", 3},
                                    {"stress_ratio", "1", 1},
                                    {"equivalent_strain", "1", 1},
-                                   {"affine_velocity", "1/s", 9}};
+                                   {"affine_velocity", "1/s", 9},
+                                   {"displacement", "m", 0}};
+/// What only some bodies have.
+constexpr bool is_special(std::string_view name) { return name == "affine_velocity" || name == "displacement"; }
 
 [[noreturn]] void fail_unknown_field(const std::string& body, const std::string& name, const std::vector<std::string>& known) {
+  if (name == "displacement")
+    throw InputError("body \"{}\" has no displacement: particles remember where they started if output.fields names \"displacement\"",
+                     body);
   throw InputError("body \"{}\" has no field \"{}\", it has {}{}", body, name, list_names(known), did_you_mean(name, known));
 }
 
@@ -44,7 +50,7 @@ const std::vector<std::string>& particle_field_names() {
   static const std::vector<std::string> names = [] {
     std::vector<std::string> all;
     for (const FieldShape& shape : k_shapes) {
-      if (shape.name != std::string_view("affine_velocity")) all.emplace_back(shape.name);
+      if (!is_special(shape.name)) all.emplace_back(shape.name);
     }
     return all;
   }();
@@ -187,6 +193,7 @@ void check_assigned_deformation(const std::string& body, int dim, const std::vec
 }  // namespace
 
 void check_assigned_field(const std::string& body, const std::string& name, Index count, int dim, const std::vector<Real>& values) {
+  if (name == "displacement") throw InputError("body \"{}\": displacement cannot be assigned: assign position", body);
   const std::vector<std::string>& names = particle_field_names();
   if (std::find(names.begin(), names.end(), name) == names.end()) fail_unknown_field(body, name, names);
   const auto refuse = [&](const char* reason) { throw InputError("body \"{}\": {} cannot be assigned: {}", body, name, reason); };

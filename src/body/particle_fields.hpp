@@ -27,12 +27,13 @@ enum class ParticleField {
   principal_stress,
   stress_ratio,
   equivalent_strain,
-  affine_velocity
+  affine_velocity,
+  displacement
 };
 
 /// All fields that a body of particles always has.
 const std::vector<std::string>& particle_field_names();
-/// The same, and what its law remembers.
+/// The same, and what its law remembers; `displacement` is there where a body keeps it.
 std::vector<std::string> particle_field_names(const Material& material);
 
 Real von_mises(const std::array<Real, 6>& sigma);
@@ -96,7 +97,8 @@ WantedFields prepare_fields(const std::string& body, const Material& material, i
                             const std::vector<std::string>& names, int vector_size, Index count, std::vector<Field>& fields);
 
 /// The named fields, in one pass: a pass for each would go through all particles, and evaluate their law, once more. `of` has the accessors
-/// position(p), velocity(p), cauchy_stress(p), deformation_gradient(p), history(p), id(p), volume0(p) and affine_velocity(p);
+/// position(p), velocity(p), displacement(p), cauchy_stress(p), deformation_gradient(p), history(p), id(p), volume0(p) and
+/// affine_velocity(p);
 /// for_each(needs_stress, f) calls f(p, row) for all particles.
 template <class Of, class ForEach>
 void gather_fields(const Of& of, const WantedFields& wanted, Real density, std::size_t body, std::vector<Field>& fields,
@@ -135,6 +137,7 @@ void gather_fields(const Of& of, const WantedFields& wanted, Real density, std::
         case ParticleField::stress_ratio: *to = stress_ratio(sigma); break;
         case ParticleField::equivalent_strain: *to = equivalent_strain(F); break;
         case ParticleField::affine_velocity: copy(of.affine_velocity(p)); break;
+        case ParticleField::displacement: copy_vector(of.displacement(p)); break;
       }
     }
   });

@@ -21,6 +21,11 @@ struct PointBody<Dim>::Rows {
   const PointBody& body;
   Vec3 position(std::size_t p) const { return body.row_position(p); }
   Vec3 velocity(std::size_t p) const { return widened(body.velocity[p]); }
+  Vec3 displacement(std::size_t p) const {
+    Vec3 u{};
+    for (std::size_t d = 0; d < Dim; ++d) u[d] = body.position[p][d] - body.start[p][d];
+    return u;
+  }
   std::array<Real, 6> cauchy_stress(std::size_t p) const { return body.row_cauchy_stress(p); }
   Material::Matrix deformation_gradient(std::size_t p) const { return body.row_deformation_gradient(p); }
   Material::Matrix affine_velocity(std::size_t) const { return {}; }
@@ -52,7 +57,7 @@ void PointBody<Dim>::add_point(const Vec<Dim>& x, Real volume) {
 template <int Dim>
 PointBody<Dim>::PointBody(const BodySpec& spec, const SeedingGrid& grid) : name_(spec.name), material_(spec.material) {
   Seeds seeds = fill_body(spec, grid);
-  const std::vector<InitialState> start = initial_states(spec, Dim, seeds);
+  const std::vector<InitialState> states = initial_states(spec, Dim, seeds);
   const std::size_t n = seeds.position.size();
   position.resize(n);
   velocity.resize(n);
@@ -72,18 +77,19 @@ PointBody<Dim>::PointBody(const BodySpec& spec, const SeedingGrid& grid) : name_
   }
   total_mass_ = std::accumulate(mass.begin(), mass.end(), Real{0});
   if (material_->is_rate_dependent()) tau.resize(6 * n);
-  take_states(start);
+  if (spec.keeps_displacement) start = position;
+  take_states(states);
   reset_stress();
 }
 
 template <int Dim>
-void PointBody<Dim>::take_states(const std::vector<InitialState>& start) {
+void PointBody<Dim>::take_states(const std::vector<InitialState>& states) {
   const auto count_of = static_cast<std::size_t>(material_->history_size(Dim));
-  for (std::size_t p = 0; p < start.size(); ++p) {
+  for (std::size_t p = 0; p < states.size(); ++p) {
     for (std::size_t r = 0; r < Dim; ++r) {
-      for (std::size_t c = 0; c < Dim; ++c) F[(p * Dim + r) * Dim + c] = start[p].F[3 * r + c];
+      for (std::size_t c = 0; c < Dim; ++c) F[(p * Dim + r) * Dim + c] = states[p].F[3 * r + c];
     }
-    std::copy(start[p].history.begin(), start[p].history.end(), history.begin() + static_cast<std::ptrdiff_t>(p * count_of));
+    std::copy(states[p].history.begin(), states[p].history.end(), history.begin() + static_cast<std::ptrdiff_t>(p * count_of));
   }
 }
 
@@ -163,7 +169,7 @@ BodyTotals PointBody<Dim>::totals(const Vec3& gravity) const {
 template <int Dim>
 void PointBody<Dim>::take_fields(const std::vector<std::string>& names, std::size_t body, int vector_size,
                                  std::vector<Field>& fields) const {
-  const WantedFields wanted = prepare_fields(name_, *material_, Dim, particle_field_names(*material_), names, vector_size, count(), fields);
+  const WantedFields wanted = prepare_fields(name_, *material_, Dim, field_names(), names, vector_size, count(), fields);
   gather_fields(Rows{*this}, wanted, material_->density(), body, fields, [&](bool, auto&& f) {
     for (std::size_t p = 0; p < static_cast<std::size_t>(count()); ++p) f(p, p);
   });
@@ -244,11 +250,20 @@ void PointBody<Dim>::remove(const std::vector<Index>& rows, const Vec3& gravity,
   if (!history.empty()) keep(history);
   if (!tau.empty()) keep(tau);
   keep(id);
+  if (!start.empty()) keep(start);
+}
+
+template <int Dim>
+std::vector<std::string> PointBody<Dim>::field_names() const {
+  std::vector<std::string> names = particle_field_names(*material_);
+  if (!start.empty()) names.push_back("displacement");
+  return names;
 }
 
 template <int Dim>
 Index PointBody<Dim>::memory() const {
-  const std::size_t numbers = position.size() * 3 * Dim + F.size() + volume0.size() + mass.size() + history.size() + tau.size() + id.size();
+  const std::size_t numbers =
+      (position.size() * 3 + start.size()) * Dim + F.size() + volume0.size() + mass.size() + history.size() + tau.size() + id.size();
   return static_cast<Index>(numbers * sizeof(Real));
 }
 
@@ -264,10 +279,13 @@ void PointBody<Dim>::declare_state(State& state) {
   state.add("history", history);
   state.add("kirchhoff_stress", tau);
   state.add("total_mass", total_mass_);
+  const bool keeps_displacement = !start.empty();
+  if (keeps_displacement) state.add("start_position", start);
   const auto check = [&](const char* name, std::size_t size, std::size_t width) {
     if (size != id.size() * width) state.fail(name, fmt::format("has {} numbers, not {}", size, id.size() * width));
   };
   check("position", position.size(), 1);
+  check("start_position", start.size(), keeps_displacement ? 1 : 0);
   check("velocity", velocity.size(), 1);
   check("acceleration", acceleration.size(), 1);
   check("deformation_gradient", F.size(), Dim * Dim);

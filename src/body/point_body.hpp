@@ -30,6 +30,7 @@ class PointBody {
   /// As Solver::take_fields.
   void take_fields(const std::vector<std::string>& names, std::size_t body, int vector_size, std::vector<Field>& fields) const;
   Field field(const std::string& name, std::size_t body) const;
+  std::vector<std::string> field_names() const;
   /// Throws InputError and changes nothing for what cannot be. Accelerations stay.
   void set_field(const std::string& name, const std::vector<Real>& values);
   /// Takes out the particles of the given rows, ascending, and books them.
@@ -47,6 +48,7 @@ class PointBody {
   std::vector<Real> history;           ///< history_size numbers each.
   std::vector<Real> tau;               ///< Kirchhoff stress [Pa], 6 each; empty where it follows from F.
   std::vector<Index> id;
+  std::vector<Vec<Dim>> start;  ///< Position at the start [m]; empty where no displacement is asked for.
 
  private:
   // By row, for fields and totals.
@@ -58,7 +60,7 @@ class PointBody {
   struct Rows;
 
   void reset_stress();
-  void take_states(const std::vector<InitialState>& start);
+  void take_states(const std::vector<InitialState>& states);
 
   std::string name_;
   std::shared_ptr<Material> material_;

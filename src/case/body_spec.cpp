@@ -57,7 +57,16 @@ void BodySpec::declare(ParameterTable<BodySpec>& table) {
   typed(table, "region", &BodySpec::region, region_registry, "What the body fills at the start; layout type = \"points\" needs none.",
         false);
   typed(table, "layout", &BodySpec::layout, layout_registry, "How particles fill the region; a body of elements has none.", false);
-  typed(table, "velocity", &BodySpec::velocity, velocity_registry, "Initial velocity; without it the body is at rest.", false);
+  table.custom(
+      {"velocity", "1", "table with a type, or a vector", "", list_names(velocity_registry().names()),
+       "Initial velocity, or the same one everywhere [m/s]; without it the body is at rest.", false},
+      [](BodySpec& body, const Input& input, const ReadContext& context) {
+        body.velocity = velocity_registry().read(velocity_table(input), context, "velocity");
+      },
+      [](const BodySpec& body, int dim) -> std::optional<Input> {
+        if (!body.velocity) return std::nullopt;
+        return body.velocity->write(dim);
+      });
   table.custom(
       {"material", "1", "table with a type, or a name", "", list_names(material_registry().names()),
        "The constitutive law with its parameters, or the name of a parameter set (`matpoint list parameter_sets`).", true},

@@ -26,6 +26,7 @@ struct BodySpec {
   /// The volume changes as the mean of a cell, or of a patch of cells, does; chosen by choose_scheme where it is not given.
   std::optional<bool> fbar;
   bool has_fbar() const { return fbar.value_or(false); }
+  bool keeps_displacement = false;  ///< Particles know where they started; of `output.fields`.
   RegionPointer region;
   std::shared_ptr<Layout> layout;
   std::shared_ptr<VelocityField> velocity;  ///< Null: at rest.

@@ -222,6 +222,9 @@ Case Case::from_input(const Input& input, const std::string& name) {
   context.dim = problem.dim;
   parameters_of<Case>().read(input, context, problem);
   choose_scheme(problem, input);
+  const std::vector<std::string>& fields = problem.output.fields;
+  const bool has_displacement = std::find(fields.begin(), fields.end(), "displacement") != fields.end();
+  for (BodySpec& body : problem.bodies) body.keeps_displacement = has_displacement;
   check_together(problem);
   resolve_initial_stresses(problem);
   check_gravity_table(problem, input);

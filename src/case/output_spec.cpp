@@ -23,7 +23,7 @@ void OutputSpec::declare(ParameterTable<OutputSpec>& table) {
   table.optional("fields_at", "s", &OutputSpec::fields_at, non_negative(), "Further times of field files.");
   table.optional("formats", "1", &OutputSpec::formats, any_number(),
                  "Of field files: \"vtkhdf\" (ParaView 5.12 or newer, PyVista), \"vtu\" (older ParaView).");
-  table.optional("fields", "1", &OutputSpec::fields, any_number(), "Fields to write; empty for all (`matpoint list fields`).");
+  table.optional("fields", "1", &OutputSpec::fields, any_number(), "Fields to write; empty for all but those on request (`matpoint list fields`).");
   table.optional("grid", "1", &OutputSpec::grid, any_number(), "Whether the nodes' mass and velocity are written, too.");
   table.optional("checkpoint_steps", "1", &OutputSpec::checkpoint_steps, positive(),
                  "A checkpoint after every so many steps; the last two are kept (`matpoint run --continue`).");

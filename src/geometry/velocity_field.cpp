@@ -101,6 +101,15 @@ struct Sine final : VelocityField {
 
 }  // namespace
 
+Input velocity_table(const Input& input) {
+  if (input.kind() != Input::Kind::array) return input;
+  Input table = Input::table();
+  table.with_place(input.place());
+  table.set("type", Input::string(Uniform::name));
+  table.set("value", input);
+  return table;
+}
+
 const TypeRegistry<VelocityField>& velocity_registry() {
   static const TypeRegistry<VelocityField> registry = [] {
     TypeRegistry<VelocityField> all;

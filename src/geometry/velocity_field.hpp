@@ -16,6 +16,9 @@ class VelocityField {
   virtual void check(const Input&, const ReadContext&) const {}
 };
 
+/// What stands for a velocity, as the table of its type: a list of numbers is a uniform one.
+Input velocity_table(const Input& input);
+
 /// uniform, linear, rotating, sine.
 const TypeRegistry<VelocityField>& velocity_registry();
 

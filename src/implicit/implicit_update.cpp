@@ -385,7 +385,7 @@ void ImplicitSolver<Dim>::declare_state(State& state) {
 
 template <int Dim>
 std::vector<std::string> ImplicitSolver<Dim>::field_names(std::size_t body) const {
-  return particle_field_names(sources_[body].points->material());
+  return sources_[body].points->field_names();
 }
 
 template <int Dim>

@@ -3,11 +3,15 @@
 #include <hdf5.h>
 
 #include <algorithm>
+#include <bit>
+#include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <limits>
 #include <mutex>
 #include <new>
+#include <system_error>
 #include <utility>
 
 #include "core/error.hpp"
@@ -121,6 +125,68 @@ void use_kept_memory(hid_t access, const std::filesystem::path& path) {
     return 0;
   };
   check(H5Pset_file_image_callbacks(access, &callbacks), path);
+}
+
+constexpr std::size_t k_seal_size = 512;  // HDF5 looks for its signature at 0, 512, 1024, ...
+
+/// To find what has been cut short or changed by accident: FNV-1a by words of 8 bytes. All pieces but the last are whole words.
+class Checksum {
+ public:
+  void add(const char* data, std::size_t size) {
+    while (size > 0) {
+      std::uint64_t word = 0;
+      const std::size_t step = std::min(size, sizeof word);
+      std::memcpy(&word, data, step);
+      sum_ = std::rotl((sum_ ^ word) * 0x100000001b3u, 29);
+      data += step;
+      size -= step;
+    }
+  }
+  std::uint64_t value() const { return sum_; }
+
+ private:
+  std::uint64_t sum_ = 0xcbf29ce484222325u;
+};
+
+/// The block in front of `size` bytes.
+std::string seal_of(const std::string& title, std::size_t size, const Checksum& sum) {
+  std::string seal = fmt::format("{}\n{} bytes follow this block of {}\nchecksum {:016x}\n", title, size, k_seal_size, sum.value());
+  seal.resize(k_seal_size, '\0');
+  return seal;
+}
+
+std::ifstream open_to_read(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw InputError("cannot read \"{}\": {}", path.string(), std::generic_category().message(errno));
+  return file;
+}
+
+std::string read_seal(std::ifstream& file) {
+  std::string seal(k_seal_size, '\0');
+  file.read(seal.data(), static_cast<std::streamsize>(seal.size()));
+  seal.resize(static_cast<std::size_t>(file.gcount()));
+  return seal;
+}
+
+std::string title_in(const std::string& seal) {
+  const std::size_t end = seal.find('\n');
+  const std::string title = seal.substr(0, end == std::string::npos ? 0 : end);
+  const bool is_text = std::all_of(title.begin(), title.end(), [](char c) { return c >= ' ' && c <= '~'; });
+  return is_text ? title : std::string();
+}
+
+/// Throws InputError unless the file is as it was written.
+void check_seal(const std::filesystem::path& path) {
+  std::ifstream file = open_to_read(path);
+  const std::string seal = read_seal(file);
+  Checksum sum;
+  std::size_t size = 0;
+  for (std::vector<char> piece(1 << 20); file; size += static_cast<std::size_t>(file.gcount())) {
+    file.read(piece.data(), static_cast<std::streamsize>(piece.size()));
+    sum.add(piece.data(), static_cast<std::size_t>(file.gcount()));
+  }
+  if (seal == seal_of(title_in(seal), size, sum)) return;
+  throw InputError("\"{}\" is damaged: its {} bytes are not those that were written", path.string(), size + seal.size());
 }
 
 /// Makes the data set, with the groups on the way to it. None of them keeps the time at which it was made: the same numbers make the same
@@ -278,9 +344,7 @@ StateArray read_array(hid_t file, const std::string& name) {
   const ReadHandle type(H5Dget_type(dataset), H5Tclose);
   const hssize_t points = H5Sget_simple_extent_npoints(space);
   const std::size_t size = H5Tget_size(type);
-  // A damaged header may ask for any number of them.
-  const hsize_t stored = H5Dget_storage_size(dataset);
-  if (points < 0 || size == 0 || static_cast<hsize_t>(points) > stored / size) throw InputError("its data set \"{}\" is cut short", name);
+  if (points < 0 || size == 0) throw InputError("its data set \"{}\" cannot be read: {}", name, hdf5_reason());
   const auto count = static_cast<std::size_t>(points);
   switch (H5Tget_class(type)) {
     case H5T_STRING: {
@@ -321,6 +385,8 @@ void write_hdf5(const std::filesystem::path& path, const Hdf5Content& content, O
   check(H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_LATEST), path);
   const Handle root(H5Pcreate(H5P_FILE_CREATE), H5Pclose, path);
   check(H5Pset_obj_track_times(root, false), path);
+  const std::size_t seal_size = content.title.empty() ? 0 : k_seal_size;
+  check(H5Pset_userblock(root, seal_size), path);
   Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, root, access), H5Fclose, path);
   for (const Hdf5Array& array : content.arrays) write_array(file, array, path);
   for (const Hdf5Joined& joined : content.joined) write_joined(file, joined, path);
@@ -330,12 +396,26 @@ void write_hdf5(const std::filesystem::path& path, const Hdf5Content& content, O
   check(H5Fget_vfd_handle(file, H5P_DEFAULT, &image), path);
   const ssize_t size = H5Fget_file_image(file, nullptr, 0);  // without what is allocated beyond the end
   if (size < 0) fail_write(path, hdf5_reason());
-  write_file(path, {*static_cast<const char* const*>(image), static_cast<std::size_t>(size)}, what);
+  char* const bytes = *static_cast<char* const*>(image);
+  const auto count = static_cast<std::size_t>(size);
+  if (seal_size > 0) {
+    Checksum sum;
+    sum.add(bytes + seal_size, count);
+    const std::string seal = seal_of(content.title, count, sum);
+    std::copy(seal.begin(), seal.end(), bytes);
+  }
+  write_file(path, {bytes, seal_size + count}, what);
   file.close(path);
 }
 
-StateTable read_hdf5(const std::filesystem::path& path, std::map<std::string, Index>& attributes) {
+std::string title_of(const std::filesystem::path& path) {
+  std::ifstream file = open_to_read(path);
+  return title_in(read_seal(file));
+}
+
+StateTable read_sealed_hdf5(const std::filesystem::path& path) {
   make_hdf5_quiet();
+  check_seal(path);
   try {
     const ReadHandle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     H5Pset_file_locking(access, false, true);
@@ -346,15 +426,6 @@ StateTable read_hdf5(const std::filesystem::path& path, std::map<std::string, In
       return 0;
     };
     if (H5Ovisit2(file, H5_INDEX_NAME, H5_ITER_INC, collect, &names, H5O_INFO_BASIC) < 0) throw InputError("{}", hdf5_reason());
-    const auto read_attribute = [](hid_t root, const char* name, const H5A_info_t*, void* all) -> herr_t {
-      const hid_t attribute = H5Aopen(root, name, H5P_DEFAULT);
-      Index value = 0;
-      if (attribute >= 0 && H5Aread(attribute, H5T_NATIVE_INT64, &value) >= 0)
-        (*static_cast<std::map<std::string, Index>*>(all))[name] = value;
-      if (attribute >= 0) H5Aclose(attribute);
-      return 0;
-    };
-    H5Aiterate2(file, H5_INDEX_NAME, H5_ITER_INC, nullptr, read_attribute, &attributes);
     StateTable table;
     for (const std::string& name : names) table.emplace(name, read_array(file, name));
     return table;

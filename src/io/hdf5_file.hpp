@@ -56,6 +56,7 @@ struct Hdf5Attribute {
 };
 
 struct Hdf5Content {
+  std::string title;  ///< Of a sealed file: what it is, one line. Empty: not sealed.
   std::vector<Hdf5Array> arrays;
   std::vector<Hdf5Joined> joined;
   std::vector<Hdf5Attribute> attributes;
@@ -64,7 +65,12 @@ struct Hdf5Content {
 /// Writes or replaces a file (write_file). Throws SolverError, and then the file is what it was.
 void write_hdf5(const std::filesystem::path& path, const Hdf5Content& content, OnDisk what = OnDisk::name);
 
-/// All data sets of a file by their names, and the attributes of its root that are whole numbers. Throws InputError.
-StateTable read_hdf5(const std::filesystem::path& path, std::map<std::string, Index>& attributes);
+/// The title of a sealed file, whose first 512 bytes are a text: title, size and checksum of what follows. HDF5 passes over them. Empty for
+/// another file. Throws InputError for one that cannot be read.
+std::string title_of(const std::filesystem::path& path);
+
+/// All data sets of a sealed file by their names. HDF5 is not shown a file that is not as it was written: damaged metadata make it crash.
+/// Throws InputError.
+StateTable read_sealed_hdf5(const std::filesystem::path& path);
 
 }  // namespace matpoint

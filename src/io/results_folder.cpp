@@ -104,6 +104,7 @@ void check_fields(const Case& problem, const Solver& solver) {
       if (!has(known, name)) known.push_back(name);
     }
   }
+  if (!has(known, "displacement")) known.push_back("displacement");
   for (const std::string& name : problem.output.fields) {
     if (has(known, name)) continue;
     throw InputError("output: fields: \"{}\" is unknown, allowed: {}{}", printable(name), list_names(known), did_you_mean(name, known));

@@ -1,7 +1,6 @@
 #include "io/state_file.hpp"
 
-#include <bit>
-#include <cstring>
+#include <string_view>
 
 #include "core/error.hpp"
 #include "io/hdf5_file.hpp"
@@ -9,39 +8,9 @@
 namespace matpoint {
 namespace {
 
-/// Of the format. Another one is refused.
-constexpr Index k_version = 1;
-constexpr const char* k_version_name = "matpoint_state_version";
-constexpr const char* k_checksum_name = "checksum";
-
-/// Of names and bits, to find what has been cut short or changed by accident. FNV-1a by words of 8 bytes.
-class Checksum {
- public:
-  void add(const void* data, std::size_t size) {
-    const char* next = static_cast<const char*>(data);
-    for (; size > 0;) {
-      std::uint64_t word = 0;
-      const std::size_t step = std::min(size, sizeof word);
-      std::memcpy(&word, next, step);
-      sum_ = std::rotl((sum_ ^ word) * 0x100000001b3u, 29);
-      next += step;
-      size -= step;
-    }
-  }
-  Index value() const { return std::bit_cast<Index>(sum_); }
-
- private:
-  std::uint64_t sum_ = 0xcbf29ce484222325u;
-};
-
-Index checksum_of(const StateTable& table) {
-  Checksum sum;
-  for (const auto& [name, array] : table) {
-    sum.add(name.data(), name.size());
-    std::visit([&](const auto& values) { sum.add(values.data(), values.size() * sizeof(values[0])); }, array);
-  }
-  return sum.value();
-}
+/// With the version of the format: another one is refused.
+constexpr const char* k_title = "matpoint state, format 2";
+constexpr std::string_view k_any_title = "matpoint state, format ";
 
 }  // namespace
 
@@ -63,22 +32,16 @@ void write_state(const std::filesystem::path& path, const StateTable& table) {
     }
     content.arrays.push_back(std::move(out));
   }
-  content.attributes = {{"/", k_version_name, k_version}, {"/", k_checksum_name, checksum_of(table)}};
+  content.title = k_title;
   write_hdf5(path, content);
 }
 
 StateTable read_state(const std::filesystem::path& path) {
   if (!std::filesystem::exists(path)) throw InputError("there is no state \"{}\"", path.string());
-  std::map<std::string, Index> attributes;
-  StateTable table = read_hdf5(path, attributes);
-  if (attributes.count(k_version_name) == 0) throw InputError("\"{}\" is no state of matpoint", path.string());
-  if (attributes[k_version_name] != k_version) {
-    throw InputError("\"{}\" is of version {} of the format of states, and this program reads version {}", path.string(),
-                     attributes[k_version_name], k_version);
-  }
-  if (attributes.count(k_checksum_name) == 0 || attributes[k_checksum_name] != checksum_of(table))
-    throw InputError("\"{}\" is damaged: its numbers do not have the checksum that they were written with", path.string());
-  return table;
+  const std::string title = title_of(path);
+  if (!title.starts_with(k_any_title)) throw InputError("\"{}\" is no state of matpoint", path.string());
+  if (title != k_title) throw InputError("\"{}\" is a \"{}\", and this program reads \"{}\"", path.string(), title, k_title);
+  return read_sealed_hdf5(path);
 }
 
 }  // namespace matpoint

@@ -66,12 +66,13 @@ struct SlotLayout {
   static constexpr int x = 0;        ///< dim fields, local coordinates.
   static constexpr int v = Dim;      ///< dim fields [m/s].
   static constexpr int F = 2 * Dim;  ///< dim x dim fields, row by row.
-  int id = 0;                        ///< The id's bits; the last field.
+  int id = 0;                        ///< The id's bits; the last field that sweeps need.
   int volume = -1;                   ///< Reference volume [m^3], where it differs between particles.
   int tau = -1;                      ///< Kirchhoff stress [Pa] of laws that depend on the rate.
   int C = -1;                        ///< Affine part of the velocity [1/s], dim x dim fields, row by row.
   int u = -1;                        ///< Displacement [m], dim fields, of bodies whose x is their place in the reference configuration.
   int b = -1;                        ///< Body force per mass [m/s^2], dim fields.
+  int start = -1;  ///< Position at the start, from the grid's lower corner [m], dim fields, where the displacement is asked for.
   int history = -1;
   int history_count = 0;
   int field_count = 0;
@@ -105,8 +106,8 @@ struct LawChunk {
   R* J_max = nullptr;
   R* wave_modulus = nullptr;  ///< The greatest rho0 c^2 [Pa], of a law that knows it.
   Real dissipated = 0;        ///< Out: dissipation [J].
-  int bad_slot = -1;    ///< Out: first slot with a particle whose det F is not positive and finite,
-  int bad_lane = -1;    ///< and its lane.
+  int bad_slot = -1;          ///< Out: first slot with a particle whose det F is not positive and finite,
+  int bad_lane = -1;          ///< and its lane.
 };
 
 template <int Dim, class R>

@@ -21,6 +21,9 @@ import sys
 import tempfile
 from pathlib import Path
 
+import h5py
+import numpy as np
+
 ROOT = Path(__file__).resolve().parent.parent.parent
 KINDS = ("check", "run", "words", "states")
 VALUES = (
@@ -28,6 +31,7 @@ VALUES = (
     "[1] [0,0] [0,-9.81] [1,1,1] [[0,0],[1,0],[0,1]] '' 'x' 'left' 'bottom' 'fixed' 'slip' 'friction' 'implicit' 'explicit' 'pairs' 'gimp' "
     "'linear' 'element' 'bspline' 'static' 1979-05-27 '\\u0000' [inf,nan] {type='disk'} {type='box',lower=[0,0],upper=[0,0]}"
 ).split(" ")
+STATES = ("disks", "ball", "float", "granular_column", "sphere", "rolling_disk")
 CASES = sorted((ROOT / "cases").glob("*.toml"))
 
 
@@ -64,6 +68,18 @@ def mutated(text: str, other: str, rng: random.Random) -> str:
     return text
 
 
+def sealed(data: bytes) -> bytearray:
+    """The file with the size and checksum that it has now, as src/io/hdf5_file.cpp writes them."""
+    title, rest = data[:512].split(b"\n", 1)[0], data[512:]
+    mask = 2**64 - 1
+    total = 0xCBF29CE484222325
+    for word in np.frombuffer(rest + bytes(-len(rest) % 8), "<u8").tolist():
+        total = ((total ^ word) * 0x100000001B3) & mask
+        total = ((total << 29) | (total >> 35)) & mask
+    text = title + f"\n{len(rest)} bytes follow this block of 512\nchecksum {total:016x}\n".encode()
+    return bytearray(text.ljust(512, b"\0") + rest)
+
+
 class Trials:
     def __init__(self, program: str, folder: Path, seed: int) -> None:
         self.program = program
@@ -72,6 +88,7 @@ class Trials:
         self.count = 0
         self.good = 0
         self.failures: list[str] = []
+        self.saved: dict[str, tuple[bytes, float]] = {}
 
     def answer(self, words: list[str], what: str) -> subprocess.CompletedProcess[bytes]:
         """Runs the program, and looks at how it ends."""
@@ -146,20 +163,22 @@ class Trials:
         self.answer(words, " ".join(words))
 
     def states(self) -> None:
-        """Checkpoints with changed bytes, cut, or grown."""
-        folder = self.folder / "saved"
-        if not folder.exists():
-            (self.folder / "disks.sh").write_text("")
-            done = subprocess.run(
-                [self.program, "run", "disks", "--out", "saved", "--set", "time.end=0.02", "--checkpoint-steps", "3"],
-                cwd=self.folder,
-                capture_output=True,
-            )
-            assert done.returncode == 0, done.stderr
-        state = sorted((folder / "checkpoints").glob("*.h5"))[-1].read_bytes()
+        """Checkpoints with changed bytes, cut, or grown; and such with other contents, sealed anew, that only the loading can refuse."""
+        name = self.rng.choice(STATES)
+        if name not in self.saved:
+            words = ["run", name, "--out", "saved", "--overwrite", "--checkpoint-steps", "3", "--time-limit", "0.5"]
+            done = subprocess.run([self.program, *words], cwd=self.folder, capture_output=True)
+            assert done.returncode in (0, 75), done.stderr
+            last = sorted((self.folder / "saved/checkpoints").glob("*.h5"))[-1]
+            with h5py.File(last) as file:
+                end = float(file["simulation/time"][0] + 3 * file["simulation/dt"][0])
+            self.saved[name] = (last.read_bytes(), end)
+        state, end = self.saved[name]
         data = bytearray(state)
-        kind = self.rng.randrange(4)
-        if kind == 0:
+        kind = self.rng.randrange(8)
+        if kind >= 4:
+            data = self.with_other_contents(state)
+        elif kind == 0:
             data = data[: self.rng.randrange(len(data))]
         elif kind == 1:
             data += bytes(self.rng.randrange(1, 5000))
@@ -175,7 +194,39 @@ class Trials:
         path = self.folder / "trial.h5"
         path.write_bytes(bytes(data))
         shutil.rmtree(self.folder / "r", ignore_errors=True)
-        self.answer(["run", "--from", str(path), "--out", "r", "--set", "time.end=0.021"], "state")
+        self.answer(["run", "--from", str(path), "--out", "r", "--set", f"time.end={end!r}"], f"state of {name}")
+
+    def with_other_contents(self, state: bytes) -> bytearray:
+        """Data sets that are missing, of another size or kind, or have another value."""
+        path = self.folder / "other.h5"
+        path.write_bytes(state)
+        with h5py.File(path, "r+") as file:
+            names: list[str] = []
+            file.visititems(lambda name, found: names.append(name) if isinstance(found, h5py.Dataset) else None)
+            for _ in range(self.rng.choice([1, 1, 1, 3])):
+                name = self.rng.choice(names)
+                if name not in file:
+                    continue
+                old = file[name][()]
+                odd = self.rng.choice([0, -1, 1, 7, 2**31, 2**62, -(2**63), 1e300, -1e-300, float("nan"), float("inf")])
+                how = self.rng.randrange(6)
+                if isinstance(old, bytes) or how == 0:
+                    del file[name]
+                    if how > 1:
+                        file[name] = self.rng.choice([np.float64(1), "", "x = [", "0", np.zeros(3), old[: len(old) // 2]])
+                elif how == 1:
+                    del file[name]
+                    file[name] = np.resize(old, self.rng.choice([0, 1, 2, old.size + 1, 2 * old.size]))
+                elif how == 2:
+                    del file[name]
+                    file[name] = old.astype(self.rng.choice(["i8", "f4", "f8"]))
+                elif old.size > 0:
+                    with np.errstate(all="ignore"):
+                        old.flat[self.rng.randrange(old.size)] = (
+                            odd if old.dtype.kind == "f" else np.array(odd).astype("i8", casting="unsafe")
+                        )
+                    file[name][...] = old
+        return sealed(path.read_bytes())
 
 
 def main() -> int:

@@ -52,6 +52,70 @@ def test_stress_is_symmetric_and_agrees_with_its_invariants():
     np.testing.assert_allclose(body.field("density"), np.asarray(body.mass) / np.asarray(body.volume), rtol=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("dim", "solver"),
+    [
+        (2, {}),
+        (3, {}),
+        (2, {"precision": "single"}),
+        (2, {"type": "implicit"}),
+        (3, {"type": "implicit"}),
+    ],
+)
+def test_displacement_counts_from_the_start_also_after_a_restart(dim, solver, tmp_path):
+    case = block(dim, solver=mp.Solver(**solver), output=mp.Output(fields=["displacement", "velocity"]), time=mp.Time(dt=1e-3, end=0.1))
+    simulation = case.build()
+    body = simulation.bodies["block"]
+    start = np.array(body.position)
+    assert np.abs(body.displacement).max() <= (1e-7 if "precision" in solver else 0)
+    simulation.step(20)
+    u = np.array(body.displacement)
+    np.testing.assert_allclose(u, body.position - start, atol=2e-7 if "precision" in solver else 1e-15)
+    assert u[:, 1].max() < -1e-3
+    simulation.save(tmp_path / "state.h5")
+    again = mp.load(tmp_path / "state.h5")
+    np.testing.assert_array_equal(again.bodies["block"].displacement, u)
+    again.step(3)
+    simulation.step(3)
+    np.testing.assert_array_equal(again.bodies["block"].displacement, body.displacement)
+    # Written, and read back.
+    case.build().run(output=tmp_path / "r")
+    written = mp.Results(tmp_path / "r").bodies["block"]
+    assert written.names == ["displacement", "velocity"]
+    last = written.field("displacement", -1)[:, :dim]
+    np.testing.assert_allclose(last, written.positions(-1)[:, :dim] - start, atol=1e-6)
+
+
+def test_displacement_goes_on_across_periodic_sides_and_is_that_of_bodies_that_keep_their_place():
+    body = {
+        "name": "block",
+        "region": mp.Box(lower=[0.25, 0.25], upper=[0.75, 0.75]),
+        "layout": mp.PerCell(count=4),
+        "velocity": [40.0, 0.0],
+        "material": mp.NeoHookean(density=1000, youngs_modulus=1e5, poissons_ratio=0.3),
+    }
+    grid = mp.Grid(upper=[1.0, 1.0], cells=[8, 8], periodic=["x"])
+    asked = mp.Output(fields=["displacement"])
+    moving = block(grid=grid, body=mp.Body(**body), gravity=[0, 0], output=asked, time=mp.Time(dt=1e-3, end=1)).build()
+    moving.step(60)
+    displacement = moving.bodies["block"].displacement
+    np.testing.assert_allclose(displacement, np.broadcast_to([2.4, 0], displacement.shape), atol=1e-12)
+    assert np.abs(moving.bodies["block"].position).max() <= 1
+    # A body in its reference configuration has it anyway.
+    kept = block(body=mp.Body(**{**body, "velocity": [4.0, 0.0], "formulation": "total"})).build().bodies["block"]
+    assert "displacement" in kept.fields and not kept.displacement.any()
+
+
+def test_displacement_is_asked_for_where_a_body_does_not_keep_it():
+    body = block().build().bodies["block"]
+    assert "displacement" not in body.fields
+    with pytest.raises(mp.InputError, match="output.fields"):
+        _ = body.displacement
+    kept = block(output=mp.Output(fields=["displacement"])).build().bodies["block"]
+    with pytest.raises(mp.InputError, match="assign position"):
+        kept.displacement = np.zeros_like(kept.position)
+
+
 def test_an_array_is_a_snapshot_that_outlives_the_simulation():
     simulation = block().build()
     before = simulation.bodies["block"].velocity
