@@ -32,6 +32,7 @@ struct PlotOptions {
 };
 
 struct TestMaterialOptions {
+  std::string program;            ///< argv[0], as of `run`.
   std::string what;               ///< A law, or a case.
   std::string body;               ///< Of the case; empty: the first.
   std::vector<std::string> sets;  ///< Parameters of the law, or changes of the case.

@@ -98,8 +98,8 @@ void add_list_and_explain(CLI::App& app, Arguments& arguments) {
 }
 
 void add_plot(CLI::App& app, Arguments& arguments) {
-  CLI::App& command = *app.add_subcommand("plot", "Draw pictures of a results folder into it");
-  command.add_option("DIR", arguments.plot.folder, "The results folder")->required()->type_name("");
+  CLI::App& command = *app.add_subcommand("plot", "Draw pictures of a results folder into it, or the curves of a test of a material");
+  command.add_option("DIR", arguments.plot.folder, "The results folder, or a table of test-material")->required()->type_name("");
   command.add_option("--field", arguments.plot.fields, "Field that colours the particles; may be repeated")
       ->allow_extra_args(false)
       ->type_name("NAME");
@@ -228,6 +228,7 @@ int run_program(int argc, char** argv) {
   add_bench(app);
 
   arguments.run.program = argv[0];
+  arguments.test.program = argv[0];
   for (int i = 0; i < argc; ++i) arguments.run.command += (i > 0 ? " " : "") + shell_word(argv[i]);
   try {
     app.parse(argc, argv);

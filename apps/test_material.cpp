@@ -58,7 +58,7 @@ int test_material_command(const TestMaterialOptions& options) {
     settle_standard_output();
   } else {
     write_file(options.out, text);
-    say("{} rows in {}\n", result.rows.size(), options.out);
+    say("{} rows in {}\nnext:    {} plot {}\n", result.rows.size(), options.out, shell_word(options.program), shell_word(options.out));
   }
   return k_exit_done;
 }

@@ -13,6 +13,18 @@ from matpoint.functions import FunctionLaw
 from matpoint.history import History
 
 
+class PointTest(History):
+    """What a test of one point has measured: columns as arrays of shape (rows,). In a notebook it shows its curves."""
+
+    def __repr__(self) -> str:
+        return f"<point test: {len(self['time'])} rows, {len(self)} columns>"
+
+    def _repr_png_(self) -> bytes:
+        from matpoint import plot
+
+        return plot.png_of(plot.point_test(self))
+
+
 def point_test(
     material: Mapping[str, Any] | FunctionLaw | str,
     path: str,
@@ -24,7 +36,7 @@ def point_test(
     cycles: int = 3,
     times: npt.ArrayLike | None = None,
     deformation: npt.ArrayLike | None = None,
-) -> History:
+) -> PointTest:
     """Strains one point of a material, from rest, in 3D.
 
     Args:
@@ -54,6 +66,7 @@ def point_test(
     Example:
         triaxial = mp.point_test(sand, "triaxial", strain=-0.1, confining=1e5)
         triaxial["q"] / triaxial["p"]
+        mp.plot.point_test(triaxial)
     """
     law = material.to_core() if isinstance(material, FunctionLaw) else material if isinstance(material, str) else dict(material)
     test: dict[str, Any] = {"path": path, "strain": strain, "confining": confining, "rate": rate, "steps": steps, "cycles": cycles}
@@ -62,4 +75,4 @@ def point_test(
     if deformation is not None:
         test["deformation"] = [float(x) for x in np.ravel(np.asarray(deformation, dtype=float))]
     names, units, table = _core.point_test(law, test)
-    return History({name: table[row] for row, name in enumerate(names)}, dict(zip(names, units)))
+    return PointTest({name: table[row] for row, name in enumerate(names)}, dict(zip(names, units)))

@@ -4,6 +4,7 @@
     plot.energies(simulation.history)                  # also of a Results folder
     plot.particles(simulation, "von_mises")            # now; of a Results folder at some times
     plot.profile(results, "pressure", along="y")
+    plot.point_test(mp.point_test("copper_ofhc", "uniaxial_stress"))
     plot.animate(results, "velocity", "dam.gif")
 
 All functions return a matplotlib Figure (`animate` a path).
@@ -54,6 +55,7 @@ __all__ = [
     "energies",
     "momentum",
     "particles",
+    "point_test",
     "probes",
     "profile",
     "to_pyvista",
@@ -73,8 +75,8 @@ STYLE: Any = {
     "lines.linewidth": 1.4,
     "figure.constrained_layout.use": True,
 }
-# Okabe & Ito (2008): colours that the colour-blind tell apart.
-COLORS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F7F7F"]
+# Okabe & Ito (2008), and the last one of Tol (2021): colours that the colour-blind tell apart.
+COLORS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F7F7F", "#882255"]
 
 
 P = ParamSpec("P")
@@ -91,28 +93,47 @@ def _styled(function: Callable[P, Figure]) -> Callable[P, Figure]:
     return drawing
 
 
+# The energy ledger (docs/theory.md): columns of the history, with their signs. Some are of one solver only.
+_DISSIPATED = {
+    "damping_dissipation": 1,
+    "viscous_dissipation": 1,
+    "plastic_dissipation": 1,
+    "contact_dissipation": 1,
+    "filter_dissipation": 1,
+    "soft_dissipation": 1,
+    "receding_work": -1,
+    "integrator_loss": 1,
+    "reset_loss": 1,
+}
+_FROM_OUTSIDE = {"boundary_work": 1, "body_force_work": 1, "shift_work": 1}
+
+
+def _sum_of(history: Mapping[str, Floats], parts: Mapping[str, int]) -> Floats:
+    total = np.zeros_like(history["kinetic_energy"])
+    for name, sign in parts.items():
+        if name in history:
+            total = total + sign * history[name]
+    return total
+
+
 def dissipated_energy(history: Mapping[str, Floats]) -> Floats:
-    """Energy that damping, viscosity and the implicit solver's method have taken [J], shape (rows,)."""
-    taken = history["damping_dissipation"] + history["viscous_dissipation"]
-    for name, sign in (("soft_dissipation", 1), ("receding_work", -1), ("integrator_loss", 1), ("reset_loss", 1)):
-        if name in history:  # of the implicit solver
-            taken = taken + sign * history[name]
-    return taken
+    """Energy that damping, viscosity, plastic flow, friction and impacts, filters and the implicit solver's method have taken [J], shape
+    (rows,)."""
+    return _sum_of(history, _DISSIPATED)
 
 
 def total_energy(history: Mapping[str, Floats]) -> Floats:
-    """Kinetic + strain + gravitational + dissipated + removed - work of boundaries and body forces [J], shape (rows,).
+    """Kinetic + strain + gravitational energy, that between bodies, dissipated and removed energy - work from outside [J], shape (rows,).
 
     It is constant but for what the transfers between particles and grid take (the column transfer_loss).
     """
-    stored = history["kinetic_energy"] + history["strain_energy"] + history["gravitational_energy"]
-    return stored + dissipated_energy(history) + history["removed_energy"] - outer_work(history)
+    parts = ("kinetic_energy", "strain_energy", "gravitational_energy", "contact_energy", "removed_energy")
+    return _sum_of(history, dict.fromkeys(parts, 1)) + dissipated_energy(history) - outer_work(history)
 
 
 def outer_work(history: Mapping[str, Floats]) -> Floats:
-    """Work of moving boundaries and of body forces other than gravity [J], shape (rows,)."""
-    work = history["boundary_work"]
-    return work + history["body_force_work"] if "body_force_work" in history else work
+    """Work of moving boundaries, of body forces other than gravity, and of moving a fluid's particles apart [J], shape (rows,)."""
+    return _sum_of(history, _FROM_OUTSIDE)
 
 
 class HasHistory(Protocol):
@@ -149,7 +170,9 @@ def energies(source: HasHistory | Mapping[str, Floats]) -> Figure:
         ("kinetic", history["kinetic_energy"]),
         ("strain", history["strain_energy"]),
         ("gravitational", history["gravitational_energy"]),
-        ("dissipated", dissipated_energy(history)),
+        ("between bodies", _sum_of(history, {"contact_energy": 1})),
+        ("plastic", _sum_of(history, {"plastic_dissipation": 1})),
+        ("dissipated", _sum_of(history, _DISSIPATED | {"plastic_dissipation": 0})),
         ("work from outside", outer_work(history)),
         ("removed", history["removed_energy"]),
     ]
@@ -184,6 +207,39 @@ def momentum(source: HasHistory | Mapping[str, Floats]) -> Figure:
     panels[0].set_title(_title_of(source, "momentum"))
     panels[-1].set_xlabel("time [s]")
     panels[0].legend(loc="upper left", bbox_to_anchor=(1, 1))
+    return figure
+
+
+@_styled
+def point_test(test: Mapping[str, Floats], title: str = "") -> Figure:
+    """Curves of a test of one point (`mp.point_test`): stress and volume over strain, the path of stress, energies.
+
+    Args:
+        test: Its table, or that of `matpoint test-material`.
+        title: Of the picture.
+    """
+    strain = test["strain"]
+    is_shear = bool(np.any(test["F_xy"] != 0)) and np.array_equal(strain, test["F_xy"])
+    figure, panels = plt.subplots(2, 2, figsize=(7.2, 5.6))
+    stress = ("stress_xy", "shear stress xy [Pa]") if is_shear else ("q", "q [Pa]")
+    along = "shear F_xy [1]" if is_shear else "strain [1]"
+    first, path, volume, energy = panels.flat
+    first.plot(strain, test[stress[0]], color=COLORS[0])
+    first.set(xlabel=along, ylabel=stress[1])
+    path.plot(test["p"], test["q"], color=COLORS[0])
+    path.plot(test["p"][:1], test["q"][:1], "o", color=COLORS[0], markersize=4)
+    path.set(xlabel="pressure p [Pa]", ylabel="q [Pa]")
+    volume.plot(strain, np.log(test["J"]), color=COLORS[0])
+    volume.set(xlabel=along, ylabel="volume strain ln J [1]")
+    energy.plot(strain, test["energy"], label="stored", color=COLORS[1])
+    energy.plot(strain, test["dissipated"], label="dissipated", color=COLORS[2])
+    energy.set(xlabel=along, ylabel="energy [J/m^3]")
+    energy.legend()
+    if strain[-1] < 0:  # compression goes to the right, too
+        for axes in (first, volume, energy):
+            axes.invert_xaxis()
+    if title:
+        figure.suptitle(title)
     return figure
 
 

@@ -5,6 +5,8 @@
     particles_<field>.png   all particles coloured by a field at a few times
     probes.png              motion and stress of the probes' particles, when there are probes
 
+Of a table that `matpoint test-material` has written, `triaxial.csv`, it draws the curves beside it, `triaxial.png`.
+
 Exit code 2 when DIR is no results folder, a field or time does not exist, or a Python package is missing.
 """
 
@@ -30,7 +32,7 @@ import matplotlib.pyplot as plt
 
 from matpoint import plot
 from matpoint.errors import ResultsError
-from matpoint.results import Results
+from matpoint.results import Results, read_table
 from matpoint.scene import default_fields
 
 
@@ -57,6 +59,19 @@ def draw_all(results: Results, fields: list[str] | None, times: list[float] | No
     return paths
 
 
+def draw_point_test(table: Path) -> Path:
+    """Writes the curves of a test of one point beside its table. Returns their path. Raises ResultsError."""
+    columns = read_table(table)
+    missing = [name for name in ("strain", "p", "q", "J", "F_xy", "stress_xy", "energy", "dissipated") if name not in columns]
+    if missing:
+        raise ResultsError(f'"{table}" is no table of matpoint test-material: it has no column "{missing[0]}"')
+    figure = plot.point_test(columns, table.stem)
+    path = table.with_suffix(".png")
+    figure.savefig(path)
+    plt.close(figure)
+    return path
+
+
 def read_times(texts: list[str] | None) -> list[float] | None:
     """Numbers of `--times 0,0.5,1`. Raises ResultsError."""
     if texts is None:
@@ -70,11 +85,16 @@ def read_times(texts: list[str] | None) -> list[float] | None:
 def main(arguments: list[str] | None = None) -> int:
     """The command line; returns the exit code."""
     parser = argparse.ArgumentParser(prog="matpoint plot", description="Draw pictures of a results folder into it.")
-    parser.add_argument("folder", metavar="DIR", help="the results folder")
+    parser.add_argument("folder", metavar="DIR", help="the results folder, or a table of matpoint test-material")
     parser.add_argument("--field", action="append", metavar="NAME", help="field that colours the particles; may be repeated")
     parser.add_argument("--times", action="append", metavar="T,T,...", help="times [s] of the pictures; default: six")
     options = parser.parse_args(arguments)
     try:
+        if options.folder.endswith(".csv") and Path(options.folder).is_file():
+            if options.field or options.times:
+                raise ResultsError("--field and --times are for a results folder")
+            print(draw_point_test(Path(options.folder)))
+            return 0
         for path in draw_all(Results(options.folder), options.field, read_times(options.times)):
             print(path)
     except ResultsError as error:

@@ -163,9 +163,14 @@ Input set_value(const std::string& text, const std::string& place) {
       const bool is_date = value.is_date() || value.is_time() || value.is_date_time();
       if (!is_date) return convert(value, place);
     } catch (const toml::parse_error&) {
-      // Not TOML: a plain word.
+      // Not TOML: a plain word, or a number as people write it.
     }
   }
+  // TOML wants a digit on both sides of the point: `--set poissons_ratio=.3` is meant all the same.
+  Real number = 0;
+  const char* const end = text.data() + text.size();
+  const char* const begin = text.data() + (text.starts_with('+') ? 1 : 0);
+  if (text.find('.') != std::string::npos && std::from_chars(begin, end, number).ptr == end) return Input::real(number);
   return Input::string(text);
 }
 

@@ -192,8 +192,10 @@ Input with(const std::vector<std::string>& sets) {
 }
 
 TEST(Set, takes_values_of_every_kind) {
-  const Input input = with({"a=1", "b=1.5", "c=1e3", "d=true", "e=\"quoted = text\"", "f=plain", "g=two words", "h=[1, [2, 3]]",
-                            "i={ x = 1 }", "j=", "k=-inf", "l=0x10", "m=a=b", "n=2020-01-01", "o=µm"});
+  const Input input =
+      with({"a=1",     "b=1.5",  "c=1e3",  "d=true", "e=\"quoted = text\"", "f=plain", "g=two words", "h=[1, [2, 3]]", "i={ x = 1 }",
+            "j=",      "k=-inf", "l=0x10", "m=a=b",  "n=2020-01-01",        "o=µm",    "p=.3",        "q=-.5e1",       "r=+2.",
+            "s=1.2.3", "t=.",    "u=007"});
   EXPECT_EQ(input.find("a")->kind(), Input::Kind::integer);
   EXPECT_EQ(input.find("b")->as_real(), 1.5);
   EXPECT_EQ(input.find("c")->kind(), Input::Kind::real);
@@ -209,6 +211,12 @@ TEST(Set, takes_values_of_every_kind) {
   EXPECT_EQ(input.find("m")->as_string(), "a=b");
   EXPECT_EQ(input.find("n")->as_string(), "2020-01-01");
   EXPECT_EQ(input.find("o")->as_string(), "µm");
+  EXPECT_EQ(input.find("p")->as_real(), 0.3);
+  EXPECT_EQ(input.find("q")->as_real(), -5);
+  EXPECT_EQ(input.find("r")->as_real(), 2);
+  EXPECT_EQ(input.find("s")->as_string(), "1.2.3");
+  EXPECT_EQ(input.find("t")->as_string(), ".");
+  EXPECT_EQ(input.find("u")->as_string(), "007");
 }
 
 TEST(Set, reaches_entries_of_lists_by_name_and_by_number_and_makes_sections) {

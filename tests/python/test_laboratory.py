@@ -19,6 +19,36 @@ def test_triaxial_strength_is_that_of_mohr_and_coulomb():
     assert push.units["q"] == "Pa" and len(push["q"]) == 201
 
 
+def test_soil_that_softens_keeps_its_residual_strength_and_its_curves_show_it():
+    test = mp.point_test(
+        mp.MohrCoulomb(
+            **SOIL,
+            dilatancy_angle=10.0,
+            residual_friction_angle=25.0,
+            residual_cohesion=0.0,
+            residual_dilatancy_angle=0.0,
+            softening_slip=0.02,
+            length=0.1,
+        ),
+        "triaxial",
+        strain=-0.4,
+        confining=5e4,
+        steps=1000,
+    )
+    peak, residual = (np.tan(np.radians(45 + phi / 2)) ** 2 for phi in (30, 25))
+    assert abs(test["q"].max() / ((peak - 1) * 5e4 + 2e4 * np.sqrt(peak)) - 1) < 0.02
+    assert abs(test["q"][-1] / ((residual - 1) * 5e4) - 1) < 1e-6
+    with pytest.raises(mp.InputError, match="needs `length`"):
+        mp.point_test(mp.MohrCoulomb(**SOIL, residual_cohesion=0.0, softening_slip=0.02), "triaxial")
+    figure = mp.plot.point_test(test, "sand")
+    curves = [line for axes in figure.axes for line in axes.lines]
+    np.testing.assert_array_equal(curves[0].get_ydata(), test["q"])
+    assert [axes.get_ylabel() for axes in figure.axes] == ["q [Pa]", "q [Pa]", "volume strain ln J [1]", "energy [J/m^3]"]
+    assert test._repr_png_().startswith(b"\x89PNG") and "401" not in repr(test) and "1001 rows" in repr(test)
+    shear = mp.plot.point_test(mp.point_test("copper_linear", "simple_shear"))
+    assert shear.axes[0].get_ylabel() == "shear stress xy [Pa]"
+
+
 def test_cycles_and_functions():
     steel = mp.J2(density=7800, youngs_modulus=1e9, poissons_ratio=0.3, yield_stress=3e7)
     cyclic = mp.point_test(steel, "cyclic_shear", strain=0.1, cycles=2, steps=50)
@@ -52,6 +82,14 @@ def test_the_command_writes_the_same_table(matpoint, tmp_path):
     same = mp.point_test(mp.MohrCoulomb(**SOIL), "triaxial", strain=-0.2, confining=5e4)
     for name in same:
         assert np.array_equal(table[name], same[name]), name
+    assert done.stdout.splitlines()[-1].endswith(" plot t.csv")
+    drawn = matpoint("plot", "t.csv")
+    assert drawn.returncode == 0 and drawn.stdout == "t.png\n", drawn.stderr
+    assert (tmp_path / "t.png").read_bytes().startswith(b"\x89PNG")
+    (tmp_path / "other.csv").write_text("a,b\n1,2\n")
+    for words, text in ((["other.csv"], 'it has no column "strain"'), (["t.csv", "--field", "velocity"], "are for a results folder")):
+        wrong = matpoint("plot", *words)
+        assert wrong.returncode == 2 and text in wrong.stderr and wrong.stderr.count("\n") == 1, wrong.stderr
     of_case = matpoint("test-material", "granular_column", "--path", "simple_shear", "--steps", "3")
     assert of_case.returncode == 0 and of_case.stdout.count("\n") == 5
     for words, text in (

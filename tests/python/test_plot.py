@@ -108,6 +108,61 @@ def test_energies_show_each_part_and_a_total_that_balances(tmp_path):
     assert set(shown) == {"kinetic", "strain", "gravitational", "dissipated", "work from outside", "removed", "total"}
 
 
+SOLID = 'material = { type = "neo_hookean", density = 1000, youngs_modulus = 1e5, poissons_ratio = 0.3 }'
+SAND = 'material = { type = "mohr_coulomb", density = 1600, youngs_modulus = 1e6, poissons_ratio = 0.3, cohesion = 0, friction_angle = 30 }'
+WATER = 'material = { type = "newtonian_fluid", density = 1000, pressure_scale = 1e4, viscosity = 1 }'
+
+
+@pytest.mark.parametrize(
+    ("material", "extra", "columns"),
+    [
+        (SAND, "", ["plastic_dissipation"]),
+        (SOLID, '[solver]\ncontact = "pairs"\nfriction = 0.3\n', ["contact_dissipation", "contact_energy"]),
+        (SOLID, "[solver]\ndamping = 2.0\n", ["damping_dissipation"]),
+        (WATER, "", ["filter_dissipation", "viscous_dissipation"]),
+        (SOLID, '[solver]\ntype = "implicit"\n', ["reset_loss"]),
+    ],
+)
+def test_total_energy_is_constant_but_for_the_transfers(material, extra, columns, program, tmp_path):
+    (tmp_path / "case.toml").write_text(f"""
+gravity = [0, -9.81]
+{extra}
+[grid]
+upper = [1, 1]
+cells = [10, 10]
+[time]
+end = 0.3
+{"dt = 0.01" if "implicit" in extra else ""}
+[[body]]
+name = "a"
+region = {{ type = "box", lower = [0.2, 0.1], upper = [0.6, 0.3] }}
+layout = {{ type = "per_cell", count = 4 }}
+{material}
+[[body]]
+name = "b"
+region = {{ type = "box", lower = [0.3, 0.4], upper = [0.5, 0.6] }}
+layout = {{ type = "per_cell", count = 4 }}
+velocity = [0.5, -1]
+{material}
+[[boundary]]
+side = "bottom"
+kind = "fixed"
+[[boundary]]
+side = "left"
+kind = "slip"
+[[boundary]]
+side = "right"
+kind = "slip"
+""")
+    done = subprocess.run([program, "run", "case.toml", "--out", "r"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    history = Results(tmp_path / "r").history
+    for name in columns:
+        assert np.any(history[name] != 0), name
+    closed = plot.total_energy(history) + history["transfer_loss"]
+    np.testing.assert_allclose(closed, closed[0], rtol=0, atol=1e-9 * np.abs(closed[0]))
+
+
 def test_energies_leave_out_what_is_zero_throughout(tmp_path):
     results = Results(make_results(tmp_path / "r"))
     results.history["gravitational_energy"] = np.zeros(3)
