@@ -3,6 +3,8 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <filesystem>
+
 #include "case/case.hpp"
 #include "case/case_file.hpp"
 #include "convert.hpp"
@@ -83,6 +85,16 @@ NB_MODULE(_core, m) {
   nb::set_leak_warnings(false);
   nb::exception<InputError>(m, "InputError", PyExc_ValueError);
   nb::exception<SolverError>(m, "SolverError", PyExc_RuntimeError);
+  // A path that the system does not take, e.g. since it is too long.
+  nb::register_exception_translator(
+      [](const std::exception_ptr& error, void* input_error) {
+        try {
+          std::rethrow_exception(error);
+        } catch (const std::filesystem::filesystem_error& refused) {
+          PyErr_SetString(static_cast<PyObject*>(input_error), refused.what());
+        }
+      },
+      m.attr("InputError").ptr());
   bind_functions(m);
   bind_simulation(m);
   m.def("vocabulary", &vocabulary);

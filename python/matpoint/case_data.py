@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import os
 import pickle
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -10,13 +11,17 @@ from typing import Any
 import numpy as np
 
 from matpoint import _core
+from matpoint.errors import shown
 from matpoint.fields import Floats
 from matpoint.functions import FunctionLaw, Where, name_of, positional_count
 from matpoint.parts import Part
 
 
 def text_for_core(where: str, value: Any) -> str:
-    """A name or path as text. Raises InputError for half a character (a lone surrogate), which no file can hold."""
+    """A name or path as text. Raises InputError for what is neither, and for half a character (a lone surrogate), which no file can
+    hold."""
+    if not isinstance(value, (str, os.PathLike)):
+        raise _core.InputError(f"{where}: {shown(value)} is not allowed, it must be a text or a path")
     text = str(value)
     try:
         text.encode("utf-8")
@@ -97,7 +102,7 @@ def _without_functions(table: Mapping[str, Any], dim: int) -> dict[str, Any]:
 def text_of(key: str, value: Any) -> str:
     """How a function or an array is said in words; nothing for what a case file can say."""
     if isinstance(value, Where):
-        return f"chosen by {value!r}"
+        return f"chosen by {shown(value)}"
     if key == "velocity" and callable(value):
         return f"the function {name_of(value)}"
     if key == "layout" and _has_arrays(value):
@@ -118,7 +123,7 @@ def _body_to_core(body: Mapping[str, Any], dim: int) -> dict[str, Any]:
             raise _core.InputError(f"{where}: region: {region!r} needs lower and upper, the corners of a box around it, to fill it")
         for corner in (region.lower, region.upper):
             if np.shape(corner) != (dim,):
-                raise _core.InputError(f"{where}: region: {region!r}: the corner {corner!r} must have {dim} numbers")
+                raise _core.InputError(f"{where}: region: {region!r}: the corner {shown(corner)} must have {dim} numbers")
 
         def contains(position: Floats, chosen: Where = region) -> bool:
             return bool(chosen.mask(position)[0])
@@ -169,12 +174,20 @@ def _node_set(region: Where, axes: list[Floats], where: str) -> _core.Region:
     return _core.node_set([[float(x) for x in axis] for axis in axes], mask)
 
 
+def _numbers(what: str, value: Any) -> Floats:
+    """What a function has given, as numbers. Raises InputError."""
+    try:
+        return np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise _core.InputError(f"{what}: it gave {shown(value)}; it must give numbers") from None
+
+
 def _checked_velocity(function: Callable[..., Any], dim: int) -> Callable[[float], Floats]:
     def velocity(time: float) -> Floats:
-        values = np.ascontiguousarray(function(time), dtype=np.float64)
+        values = np.ascontiguousarray(_numbers(f"boundary velocity {name_of(function)}", function(time)))
         if values.shape != (dim,) or not np.isfinite(values).all():
             raise _core.InputError(
-                f"boundary velocity {name_of(function)}: at t = {time} s it gave {values!r}; it must give {dim} finite numbers [m/s]"
+                f"boundary velocity {name_of(function)}: at t = {time} s it gave {shown(values)}; it must give {dim} finite numbers [m/s]"
             )
         return values
 
@@ -185,7 +198,8 @@ def _body_force(function: Callable[..., Any], dim: int) -> _core.BodyForce:
     depends_on_time = positional_count(function) > 1
 
     def force(positions: Floats, time: float) -> Floats:
-        values = np.asarray(function(positions, time) if depends_on_time else function(positions), dtype=np.float64)
+        given = function(positions, time) if depends_on_time else function(positions)
+        values = _numbers(f"body_force {name_of(function)}", given)
         try:
             values = np.ascontiguousarray(np.broadcast_to(values, positions.shape))
         except ValueError:
@@ -200,12 +214,17 @@ def _body_force(function: Callable[..., Any], dim: int) -> _core.BodyForce:
     return _core.body_force(force, dim, not depends_on_time)
 
 
+def _without_empty(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Lists of sections that hold none are left out."""
+    return {key: value for key, value in data.items() if not (isinstance(value, list) and not value) or key == "body"}
+
+
 def placeholders(case: Mapping[str, Any], dim: int) -> dict[str, Any]:
     """The sections of a case with something plain where functions are: what the core can check before it meets them."""
     data = {key: value for key, value in case.items() if key != "body_force"}
     data["body"] = [_without_functions(body, dim) for body in case.get("body", [])]
     data["boundary"] = [_without_functions(boundary, dim) for boundary in case.get("boundary", [])]
-    return {key: value for key, value in plain(data).items() if value != [] or key == "body"}
+    return _without_empty(plain(data))
 
 
 def to_core(case: Mapping[str, Any], dim: int, resolved: Mapping[str, Any]) -> dict[str, Any]:
@@ -226,4 +245,4 @@ def to_core(case: Mapping[str, Any], dim: int, resolved: Mapping[str, Any]) -> d
     data["boundary"] = boundaries
     if callable(data.get("body_force")):
         data["body_force"] = _body_force(data["body_force"], dim)
-    return {key: value for key, value in plain(data).items() if value != [] or key == "body"}
+    return _without_empty(plain(data))

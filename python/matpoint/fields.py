@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from matpoint.errors import ResultsError
+from matpoint.errors import ResultsError, shown
 
 Floats = NDArray[np.float64]
 
@@ -26,6 +26,8 @@ class _HasFields(Protocol):
 
 def scalar_of(body: _HasFields, name: str, index: int) -> Floats:
     """One number per particle, shape (n,): a scalar field, a vector's magnitude, or a component: `stress_xy`. Raises ResultsError."""
+    if not isinstance(name, str):
+        raise ResultsError(f"{shown(name)} is no name of a field")
     base, _, component = name.rpartition("_")
     if name in body.names or base not in body.names:
         values = body.field(name, index)

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from matpoint import _core
+from matpoint.errors import shown
 from matpoint.functions import FunctionLaw
 from matpoint.history import History
 
@@ -68,11 +69,16 @@ def point_test(
         triaxial["q"] / triaxial["p"]
         mp.plot.point_test(triaxial)
     """
+    if not isinstance(material, (FunctionLaw, str, Mapping)):
+        raise _core.InputError(f"point_test: {shown(material)} is no material: give one of a body, a FunctionLaw, or a name")
     law = material.to_core() if isinstance(material, FunctionLaw) else material if isinstance(material, str) else dict(material)
     test: dict[str, Any] = {"path": path, "strain": strain, "confining": confining, "rate": rate, "steps": steps, "cycles": cycles}
-    if times is not None:
-        test["times"] = [float(t) for t in np.ravel(np.asarray(times, dtype=float))]
-    if deformation is not None:
-        test["deformation"] = [float(x) for x in np.ravel(np.asarray(deformation, dtype=float))]
+    for name, numbers in (("times", times), ("deformation", deformation)):
+        if numbers is None:
+            continue
+        try:
+            test[name] = np.asarray(numbers, dtype=float).ravel().tolist()
+        except (TypeError, ValueError, OverflowError):
+            raise _core.InputError(f"point_test: {name} = {shown(numbers)} is not allowed: it must be numbers") from None
     names, units, table = _core.point_test(law, test)
     return PointTest({name: table[row] for row, name in enumerate(names)}, dict(zip(names, units)))

@@ -28,7 +28,7 @@ from matplotlib.patches import Patch
 from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 
-from matpoint.errors import ResultsError, did_you_mean
+from matpoint.errors import ResultsError, did_you_mean, shown
 from matpoint.fields import Floats
 from matpoint.scene import (
     HasParticles,
@@ -153,7 +153,10 @@ class HasProbes(Protocol):
 
 
 def _history_of(source: HasHistory | Mapping[str, Floats]) -> Mapping[str, Floats]:
-    return source if isinstance(source, Mapping) else source.history
+    history = source if isinstance(source, Mapping) else getattr(source, "history", None)
+    if not isinstance(history, Mapping):
+        raise ResultsError(f"{shown(source)} has no history: give a results folder, a simulation, or its history")
+    return history
 
 
 @_styled
@@ -218,6 +221,8 @@ def point_test(test: Mapping[str, Floats], title: str = "") -> Figure:
         test: Its table, or that of `matpoint test-material`.
         title: Of the picture.
     """
+    if not isinstance(test, Mapping):
+        raise ResultsError(f"{shown(test)} is no table of a point test: give what mp.point_test returns")
     strain = test["strain"]
     is_shear = bool(np.any(test["F_xy"] != 0)) and np.array_equal(strain, test["F_xy"])
     figure, panels = plt.subplots(2, 2, figsize=(7.2, 5.6))
@@ -345,7 +350,10 @@ def particles(source: HasScene, field: str | None = None, times: Sequence[float]
     scene = source._scene()
     bodies = list(scene.bodies.values())
     indices = choose_times(bodies, times)
-    field = field or (default_fields(bodies) or ["body"])[0]
+    if field is None:
+        field = (default_fields(bodies) or ["body"])[0]
+    if not isinstance(field, str):
+        raise ResultsError(f"{shown(field)} is no name of a field")
     if field == "body":
         norm, extend = Normalize(-0.5, len(COLORS) - 0.5), "neither"
         cmap: Any = ListedColormap(COLORS)
@@ -432,8 +440,8 @@ def profile(
         ResultsError: A body, field, direction or time does not exist.
     """
     scene = source._scene()
-    if along not in tuple("xyz"[: scene.dim]):
-        raise ResultsError(f'along = "{along}" is not allowed, it must be one of {", ".join("xyz"[: scene.dim])}')
+    if not isinstance(along, str) or along not in tuple("xyz"[: scene.dim]):
+        raise ResultsError(f"along = {shown(along)} is not allowed, it must be one of {', '.join('xyz'[: scene.dim])}")
     for name in bodies or []:
         if name not in scene.bodies:
             raise ResultsError(f'there is no body "{name}"{did_you_mean(name, list(scene.bodies))}')

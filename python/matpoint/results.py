@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from matpoint.errors import ResultsError, did_you_mean
+from matpoint.errors import ResultsError, did_you_mean, shown
 from matpoint.fields import Floats, scalar_of
 
 if sys.version_info >= (3, 11):
@@ -90,9 +90,9 @@ class BodyFields:
 
     def field(self, name: str, index: int) -> Floats:
         """A field at the time `times[index]`, shape (n,) or (n, components), in the order of particle ids."""
-        if name not in self.names:
+        if not isinstance(name, str) or name not in self.names:
             known = ", ".join(self.names)
-            raise ResultsError(f'body "{self.name}" has no field "{name}", it has: {known}{did_you_mean(name, self.names)}')
+            raise ResultsError(f'body "{self.name}" has no field {shown(name)}, it has: {known}{did_you_mean(str(name), self.names)}')
         return self._read(f"PointData/{name}", index)
 
     def scalar(self, name: str, index: int) -> Floats:
@@ -105,6 +105,9 @@ class BodyFields:
     def _read(self, dataset: str, index: int) -> Floats:
         import h5py
 
+        count = len(self._offsets)
+        if isinstance(index, bool) or not isinstance(index, (int, np.integer)) or not -count <= index < count:
+            raise ResultsError(f'body "{self.name}": index = {shown(index)} is not allowed: {count} times are written, 0 to {count - 1}')
         begin, end = self._offsets[index]
         with h5py.File(self.path, "r") as file:
             values: Floats = file["VTKHDF"][dataset][begin:end]
@@ -132,9 +135,14 @@ class Results:
 
     def __init__(self, folder: str | Path) -> None:
         self.folder = Path(folder)
-        if not self.folder.is_dir():
-            reason = "it is not a folder" if self.folder.exists() else "there is no such folder"
-            raise ResultsError(f'"{folder}" is no results folder: {reason}')
+        try:
+            is_folder, exists = self.folder.is_dir(), self.folder.exists()
+        except (OSError, ValueError) as error:  # a name that no file can have
+            raise ResultsError(
+                f"{shown(str(folder))} is no results folder: {error.strerror if isinstance(error, OSError) else error}"
+            ) from None
+        if not is_folder:
+            raise ResultsError(f'"{folder}" is no results folder: {"it is not a folder" if exists else "there is no such folder"}')
         path = self.folder / "manifest.toml"
         if not path.is_file():
             raise ResultsError(f'"{folder}" is no results folder: it has no manifest.toml (`matpoint run` makes one)')

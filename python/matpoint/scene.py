@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from matpoint.errors import ResultsError
+from matpoint.errors import ResultsError, shown
 from matpoint.fields import Floats
 
 PANELS = 6
@@ -87,12 +87,18 @@ def choose_times(bodies: Sequence[Particles], wanted: Sequence[float] | None) ->
     if wanted is None:
         even = np.linspace(times[0], times[-1], PANELS)
         return sorted({int(np.argmin(np.abs(times - t))) for t in even})
+    try:
+        asked = [float(t) for t in wanted]
+    except (TypeError, ValueError, OverflowError):
+        asked = []
+    if not asked:
+        raise ResultsError(f"times = {shown(wanted)} is not allowed, it must be a list of times [s]")
     # Half an interval, because an output falls on the nearest step.
     slack = 0.5 * (times[-1] - times[0]) / max(1, count - 1) + 1e-12
-    for t in wanted:
+    for t in asked:
         if not times[0] - slack <= t <= times[-1] + slack:
             raise ResultsError(f"time {t:g} s was not written: the fields cover {times[0]:g} to {times[-1]:g} s")
-    return sorted({int(np.argmin(np.abs(times - t))) for t in wanted})
+    return sorted({int(np.argmin(np.abs(times - t))) for t in asked})
 
 
 def default_fields(bodies: Sequence[Particles]) -> list[str]:

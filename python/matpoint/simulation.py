@@ -18,6 +18,7 @@ import numpy as np
 
 from matpoint import _core
 from matpoint.case_data import copied, node_axes, placeholders, plain, refuse_functions, require_picklable, text_for_core, text_of, to_core
+from matpoint.errors import shown
 from matpoint.health import HealthLine, warn_of
 from matpoint.history import History
 from matpoint.parts import empty_section, part_of
@@ -42,7 +43,7 @@ def set_threads(count: int) -> None:
         InputError: The count is negative or above 1024.
     """
     if not isinstance(count, (int, np.integer)) or not 0 <= count <= 1024:
-        raise _core.InputError(f"set_threads: {count} is not allowed: give 1 to 1024, or 0 for all processors")
+        raise _core.InputError(f"set_threads: {shown(count)} is not allowed: give 1 to 1024, or 0 for all processors")
     _core.set_threads(count)
 
 
@@ -111,7 +112,7 @@ class Case:
 
     def __init__(self, name: str = "case", **sections: Any) -> None:
         if not isinstance(name, str):
-            raise _core.InputError(f"Case: name = {name!r} is not allowed, it must be a string")
+            raise _core.InputError(f"Case: name = {shown(name)} is not allowed, it must be a string")
         object.__setattr__(self, "name", text_for_core("Case: name", name))
         object.__setattr__(self, "_data", {})
         for key, value in sections.items():
@@ -127,7 +128,7 @@ class Case:
         if key in _LISTS and isinstance(value, Mapping):
             value = [value]
         if key in _LISTS and not (isinstance(value, (list, tuple)) and all(isinstance(item, Mapping) for item in value)):
-            raise _core.InputError(f"Case: {key} = {value!r} is not allowed: give one {key.capitalize()}(...), or a list of them")
+            raise _core.InputError(f"Case: {key} = {shown(value)} is not allowed: give one {key.capitalize()}(...), or a list of them")
         try:
             self._data[key] = part_of(key, list(value) if key in _LISTS else value)
         except RecursionError as error:
@@ -185,9 +186,13 @@ class Case:
         Raises:
             InputError: The case holds a Python function, which no file can.
         """
-        for key, value in self._data.items():
-            refuse_functions(key, value)
-        text = _core.write_toml(plain(self._data))
+        try:
+            for key, value in self._data.items():
+                refuse_functions(key, value)
+            data = plain(self._data)
+        except RecursionError as error:
+            raise _core.InputError("Case: a list or dict of the case holds itself") from error
+        text = _core.write_toml(data)
         if path is not None:
             Path(path).write_text(text, encoding="utf-8")
         return text
@@ -208,7 +213,8 @@ class Case:
         return data
 
     def _to_core(self) -> dict[str, Any]:
-        return to_core(self._data, int(self.dim), self._resolve())
+        resolved = self._resolve()  # which refuses a dim that is no number
+        return to_core(self._data, int(self.dim), resolved)
 
     def __copy__(self) -> Case:
         return self.copy()
@@ -352,7 +358,7 @@ class Simulation:
         """
         if until is not None:
             if not isinstance(until, (int, float, np.integer, np.floating)) or not (0 < float(until) < float("inf")):
-                raise _core.InputError(f"run: until = {until!r} is not allowed, it must be a positive time [s]")
+                raise _core.InputError(f"run: until = {shown(until)} is not allowed, it must be a positive time [s]")
             if float(until) < self.time * (1 - 1e-12):
                 raise _core.InputError(f"run: until = {until} s is before the present time, {self.time} s")
         if output is not None:
@@ -373,7 +379,7 @@ class Simulation:
             SolverError: As for `run`.
         """
         if not isinstance(count, (int, np.integer)) or count < 0:
-            raise _core.InputError(f"step: count = {count!r} is not allowed, it must be an integer >= 0")
+            raise _core.InputError(f"step: count = {shown(count)} is not allowed, it must be an integer >= 0")
         self._core.step(int(count))
 
     def record(self) -> None:
@@ -403,16 +409,16 @@ class Simulation:
         if steps is not None and time is not None:
             raise _core.InputError("every: steps and time are both given; give one of them")
         if steps is not None and (not isinstance(steps, (int, np.integer)) or steps < 1):
-            raise _core.InputError(f"every: steps = {steps!r} is not allowed, it must be an integer >= 1")
-        if time is not None and not time > 0:
-            raise _core.InputError(f"every: time = {time} is not allowed, it must be > 0 [s]")
+            raise _core.InputError(f"every: steps = {shown(steps)} is not allowed, it must be an integer >= 1")
+        if time is not None and not (isinstance(time, (int, float, np.integer, np.floating)) and time > 0):
+            raise _core.InputError(f"every: time = {shown(time)} is not allowed, it must be > 0 [s]")
         if function is None:
             return lambda decorated: self._add(decorated, steps, time)
         return self._add(function, steps, time)
 
     def _add(self, function: Callable[[Simulation], object], steps: int | None, time: float | None) -> Callable[[Simulation], object]:
         if not callable(function):
-            raise _core.InputError(f"every: {function!r} is no function")
+            raise _core.InputError(f"every: {shown(function)} is no function")
         # The core keeps a weak reference: a function that knows the simulation would keep it alive for ever.
         self._callbacks.append(function)
         self._core.add_callback(_trampoline(self, len(self._callbacks) - 1), (steps or 1) if time is None else 0, time or 0.0, 0.0)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from matpoint import _core
 from matpoint._core import Simulation as CoreSimulation
 from matpoint.case_data import node_positions
-from matpoint.errors import ResultsError, did_you_mean
+from matpoint.errors import ResultsError, did_you_mean, shown
 from matpoint.fields import Floats, scalar_of
 from matpoint.scene import Particles
 
@@ -130,7 +130,10 @@ class BodyState:
             if alive is None:
                 raise _core.InputError(f"{name}: its simulation does not exist any more, so nothing can be assigned to it")
             fresh = np.array(alive._core.field(index, name))
-            fresh[key] = value
+            try:
+                fresh[key] = value
+            except (ValueError, TypeError) as error:
+                raise _core.InputError(f"{name}[{shown(key)}] = {shown(value)} is not allowed: {error}") from None
             alive._core.set_field(index, name, np.ascontiguousarray(fresh))
             return fresh
 
@@ -139,7 +142,7 @@ class BodyState:
 
     def __getitem__(self, name: str) -> FieldArray:
         if not isinstance(name, str):
-            raise _core.InputError(f'body "{self._name}": {name!r} is no name of a field; it has {", ".join(self.fields)}')
+            raise _core.InputError(f'body "{self._name}": {shown(name)} is no name of a field; it has {", ".join(self.fields)}')
         return self.field(name)
 
     def __iter__(self) -> Iterator[str]:
@@ -162,7 +165,10 @@ class BodyState:
         Energy and momentum that come or go with it are booked as the start's, so that the balances of the history stay closed.
         """
         shape = self._simulation._core.field(self._index, name).shape
-        given = np.asarray(values, dtype=np.float64)
+        try:
+            given = np.asarray(values, dtype=np.float64)
+        except (TypeError, ValueError, OverflowError):
+            raise _core.InputError(f'body "{self._name}": {name} = {shown(values)} is not allowed: it must be numbers') from None
         try:
             full = np.ascontiguousarray(np.broadcast_to(given, shape))
         except ValueError:

@@ -1,8 +1,9 @@
-"""Feeds the program with input that nobody would write: cases, command lines and states with random changes.
+"""Feeds the program with input that nobody would write: cases, command lines and states with random changes, odd calls in Python.
 
     scripts/fuzz                         1000 of each kind
     scripts/fuzz --count 10000 check     cases through `matpoint check`
     scripts/fuzz --seed 7 run            another sequence
+    scripts/fuzz --count 60 calls        3000 calls of the Python API, 50 in each trial
 
 The program must answer each with exit code 0, or with one line that begins with "error: " and names the place (exit codes 2 and 3): no
 signal, no exit code 1, no message of C++ or HDF5, and within 30 s of computing and 4 GB.
@@ -25,7 +26,7 @@ import h5py
 import numpy as np
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-KINDS = ("check", "run", "words", "states")
+KINDS = ("check", "run", "words", "states", "calls")
 VALUES = (
     "0 -0.0 1 -1 2 1e-300 1e300 -1e300 inf nan 1e9 4096 0.1 9223372036854775807 -9223372036854775808 18446744073709551616 true false [] {} "
     "[1] [0,0] [0,-9.81] [1,1,1] [[0,0],[1,0],[0,1]] '' 'x' 'left' 'bottom' 'fixed' 'slip' 'friction' 'implicit' 'explicit' 'pairs' 'gimp' "
@@ -195,6 +196,16 @@ class Trials:
         path.write_bytes(bytes(data))
         shutil.rmtree(self.folder / "r", ignore_errors=True)
         self.answer(["run", "--from", str(path), "--out", "r", "--set", f"time.end={end!r}"], f"state of {name}")
+
+    def calls(self) -> None:
+        """50 odd calls of the Python API, in an interpreter of their own."""
+        seed = str(self.rng.randrange(10**6))
+        words = [sys.executable, str(Path(__file__).with_name("fuzz_calls.py")), seed, "50"]
+        done = subprocess.run(words, capture_output=True, text=True, cwd=self.folder, timeout=600)
+        self.count += 1
+        self.good += done.returncode == 0
+        if done.returncode != 0:
+            self.failures.append(f"calls of seed {seed}: exit code {done.returncode}: {done.stdout[-1000:]} {done.stderr[-500:]}")
 
     def with_other_contents(self, state: bytes) -> bytearray:
         """Data sets that are missing, of another size or kind, or have another value."""
