@@ -314,6 +314,7 @@ void add_materials(VerifySuite& suite) {
   add_taylor(suite);
   add_cook(suite);
   add_waves(suite);
+  add_necking(suite);
   add_grains(suite);
   add_flows(suite);
   add_states(suite);

@@ -14,6 +14,8 @@ Real greatest(const Simulation& sim, std::size_t axis);
 /// Grains and muds (materials_flows.cpp).
 void add_grains(VerifySuite& suite);
 void add_flows(VerifySuite& suite);
+/// Metal (materials_necking.cpp).
+void add_necking(VerifySuite& suite);
 /// Gases, brittle solids and ground at rest (materials_states.cpp).
 void add_states(VerifySuite& suite);
 
