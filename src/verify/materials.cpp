@@ -308,6 +308,11 @@ Real quantile(const Simulation& sim, std::size_t axis, Real share) {
   std::nth_element(x.begin(), x.begin() + k, x.end());
   return x[static_cast<std::size_t>(k)];
 }
+std::string slip_sides(std::initializer_list<const char*> sides) {
+  std::string text;
+  for (const char* side : sides) text += fmt::format("[[boundary]]\nside = \"{}\"\nkind = \"slip\"\n", side);
+  return text;
+}
 Real greatest(const Simulation& sim, std::size_t axis) { return quantile(sim, axis, 1); }
 
 void add_materials(VerifySuite& suite) {

@@ -7,6 +7,8 @@ namespace matpoint {
 
 /// A case with nothing numerical but what the text says.
 Case default_case(const std::string& name, const std::string& text);
+/// Boundaries of a case: sides without friction.
+std::string slip_sides(std::initializer_list<const char*> sides);
 /// Place on an axis below which a share of the particles of the first body lies [m].
 Real quantile(const Simulation& sim, std::size_t axis, Real share);
 Real greatest(const Simulation& sim, std::size_t axis);

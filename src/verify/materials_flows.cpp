@@ -21,21 +21,26 @@ Real surface(const Simulation& sim, Real x, Real h) {
   return top;
 }
 
-/// Rods of aluminium, 0.2 x 0.1 m. Bui, Fukagawa, Sako & Ohno (2008).
-Measured rods(const std::string& prefix, const std::string& law) {
+/// Rods of aluminium, 0.2 x 0.1 m. Bui, Fukagawa, Sako & Ohno (2008). In 3D a slab of two cells between walls without friction.
+Measured rods(const std::string& prefix, const std::string& law, int dim = 2) {
   constexpr Real h = 0.005;
+  const bool is_solid = dim == 3;
+  const auto point = [&](Real x, Real y, Real z) {
+    return is_solid ? fmt::format("[{}, {}, {}]", x, y, z) : fmt::format("[{}, {}]", x, y);
+  };
   const std::vector<Real> profile = {.0992, .0959, .0844, .0722, .0616, .0474, .0348, .0265, .0189, .0109, .0037, .0015};
   Simulation sim(default_case("rods", fmt::format(R"(
-gravity = [0, -9.81]
+dim = {}
+gravity = {}
 [grid]
-upper = [0.6, 0.15]
-cells = [120, 30]
+upper = {}
+cells = [120, 30{}]
 [time]
 end = 0.8
 [[body]]
 name = "rods"
-region = {{ type = "box", lower = [0, 0], upper = [0.2, 0.1] }}
-layout = {{ type = "per_cell", count = 4 }}
+region = {{ type = "box", lower = {}, upper = {} }}
+layout = {{ type = "per_cell", count = {} }}
 material = {{ {}, density = 2650, youngs_modulus = 0.84e6, poissons_ratio = 0.3, cohesion = 0, friction_angle = 19.8 }}
 [[boundary]]
 side = "bottom"
@@ -44,7 +49,9 @@ kind = "fixed"
 side = "left"
 kind = "slip"
 )",
-                                                  law)));
+                                                  dim, point(0, -9.81, 0), point(0.6, 0.15, 2 * h), is_solid ? ", 2" : "", point(0, 0, 0),
+                                                  point(0.2, 0.1, 2 * h), is_solid ? 8 : 4, law) +
+                                          (is_solid ? slip_sides({"front", "back"}) : "")));
   sim.run();
   Real difference = 0;
   for (std::size_t k = 0; k < profile.size(); ++k) difference += std::abs(surface(sim, 0.04 * static_cast<Real>(k), h) - profile[k]);
@@ -165,6 +172,29 @@ void add_grains(VerifySuite& suite) {
                at_most("dp_kinetic", 1e-4, "it lies still"),
                at_most("compression_front", 0.37, "the cone of triaxial compression is too strong in plane strain: 0.353"),
                at_least("compression_profile", 3, "it must miss the profile"), at_most("compression_kinetic", 1e-4, "it lies still")});
+  const auto over_plane = [](const std::string& law) {
+    Measured slab = rods("", law, 3);
+    const Measured plane = rods("", law);
+    return Measured{{"front", slab.at("front") / plane.at("front")}, {"profile", slab.at("profile")}, {"kinetic", slab.at("kinetic")}};
+  };
+  const std::string slab = "the same in plane strain";
+  add_problem(suite,
+              {"granular_slab",
+               "column of rods in 3D",
+               "materials",
+               false,
+               true,
+               5e8,
+               {},
+               [over_plane] {
+                 Measured measured;
+                 for (const auto& [name, value] : over_plane("type = \"mohr_coulomb\"")) measured["mc_" + name] = value;
+                 for (const auto& [name, value] : over_plane("type = \"drucker_prager\", fit = \"plane\"")) measured["dp_" + name] = value;
+                 return measured;
+               }},
+              {within("mc_front", 1, 0.02, slab), at_most("mc_profile", 3, bui + ", mean difference [mm]"),
+               at_most("mc_kinetic", 1e-5, "it lies still"), within("dp_front", 1, 0.02, slab), at_most("dp_profile", 3, bui),
+               at_most("dp_kinetic", 1e-5, "it lies still")});
   const std::string lube = "Lube et al. (2005): 1.2 a";
   const std::string mohr = "type = \"mohr_coulomb\", density = 1600, cohesion = 0, friction_angle = 31";
   const std::string mu =

@@ -7,12 +7,6 @@
 namespace matpoint {
 namespace {
 
-std::string slip_sides(std::initializer_list<const char*> sides) {
-  std::string text;
-  for (const char* side : sides) text += fmt::format("[[boundary]]\nside = \"{}\"\nkind = \"slip\"\n", side);
-  return text;
-}
-
 // --- Tubes of gas: two halves in a strip of two cells, parted at 0.5 ---------------------------------------------------------------
 
 Case tube(int dim, int cells, Real end, const std::string& left, const std::string& right) {
