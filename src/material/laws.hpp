@@ -1,8 +1,9 @@
-// All constitutive laws: a new one adds its header and its name here, and nothing else anywhere. The registry and the tests over all
-// laws read this list.
+// All constitutive laws: a new one adds its header and its name here, and nothing else anywhere; or it stays outside of the tree, and CMake
+// is given its header (MATPOINT_EXTRA_LAWS). The registry and the tests over all laws read this list.
 #pragma once
 
 #include <tuple>
+#include <utility>
 
 #include "material/cam_clay.hpp"
 #include "material/drucker_prager.hpp"
@@ -27,11 +28,19 @@
 #include "material/stiffened_gas.hpp"
 #include "material/viscoelastic.hpp"
 #include "material/yeoh.hpp"
+#if __has_include("extra_laws.hpp")  // which CMake makes
+#include "extra_laws.hpp"
+#else
+namespace matpoint {
+using ExtraLaws = std::tuple<>;
+}
+#endif
 
 namespace matpoint {
 
-using AllLaws = std::tuple<StVenantKirchhoff, NeoHookean, NewtonianFluid, Hencky, J2, DruckerPrager, MohrCoulomb, MuI, HerschelBulkley,
-                           JohnsonCook, FixedCorotated, Snow, CamClay, MooneyRivlin, Yeoh, Gent, Ogden, Viscoelastic, RankineDamage,
-                           IdealGas, StiffenedGas, MieGruneisen, Jwl>;
+using ShippedLaws = std::tuple<StVenantKirchhoff, NeoHookean, NewtonianFluid, Hencky, J2, DruckerPrager, MohrCoulomb, MuI, HerschelBulkley,
+                               JohnsonCook, FixedCorotated, Snow, CamClay, MooneyRivlin, Yeoh, Gent, Ogden, Viscoelastic, RankineDamage,
+                               IdealGas, StiffenedGas, MieGruneisen, Jwl>;
+using AllLaws = decltype(std::tuple_cat(std::declval<ShippedLaws>(), std::declval<ExtraLaws>()));
 
 }  // namespace matpoint

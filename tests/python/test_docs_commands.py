@@ -227,6 +227,37 @@ def test_the_page_on_materials_compiles_as_printed(tmp_path):
         assert done.returncode == 0, done.stderr[-3000:]
 
 
+def test_a_law_of_a_folder_outside_of_the_tree_is_taken(tmp_path):
+    """What CMake makes of MATPOINT_EXTRA_LAWS, and that it compiles; wrong lists are refused."""
+    header, *_ = blocks(ROOT / "docs/add_a_material.md", "cpp")
+    mine = tmp_path / "my folder"
+    mine.mkdir()
+    law = mine / "my_rubber.hpp"
+    law.write_text(header)
+    (mine / "hencky.hpp").write_text(header)
+
+    def configure(*laws):
+        words = ["cmake", "-S", ROOT, "-B", tmp_path / "build", "-G", "Ninja", "-DMATPOINT_TESTS=OFF", "-DMATPOINT_BENCH=OFF"]
+        return subprocess.run([*words, "-DMATPOINT_EXTRA_LAWS=" + ";".join(map(str, laws))], capture_output=True, text=True)
+
+    for wrong, text in (
+        (mine / "hencky.hpp", 'there is a law "hencky" already'),
+        (mine / "none.hpp", "is no header"),
+        ("a.hpp", "is no header"),
+    ):
+        done = configure(wrong)
+        assert done.returncode != 0 and text in " ".join(done.stderr.split()), done.stderr
+    done = configure(law)
+    assert done.returncode == 0, done.stderr
+    assert f'#include "{law}"' in (tmp_path / "build/laws/extra_laws.hpp").read_text()
+    compiler = os.environ.get("CXX", "c++")
+    made = tmp_path / "build/laws"
+    for source in (made / "my_rubber_base.cpp", made / "my_rubber_tangent.cpp", ROOT / "src/material/registry.cpp"):
+        words = ["-std=c++20", "-fsyntax-only", "-DFMT_SHARED", f"-I{made}", f"-I{ROOT / 'src'}", "-isystem", "/usr/include/eigen3"]
+        done = subprocess.run([compiler, *words, str(source)], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr[-3000:]
+
+
 def test_bodies_that_touch_in_the_implicit_solver_run(matpoint, tmp_path):
     body = """
 [[body]]
