@@ -179,7 +179,7 @@ void add_grains(VerifySuite& suite) {
   };
   const std::string slab = "the same in plane strain";
   add_problem(suite,
-              {"granular_slab",
+              {"granular_rods",
                "column of rods in 3D",
                "materials",
                false,
@@ -188,13 +188,14 @@ void add_grains(VerifySuite& suite) {
                {},
                [over_plane] {
                  Measured measured;
-                 for (const auto& [name, value] : over_plane("type = \"mohr_coulomb\"")) measured["mc_" + name] = value;
-                 for (const auto& [name, value] : over_plane("type = \"drucker_prager\", fit = \"plane\"")) measured["dp_" + name] = value;
+                 for (const auto& [name, value] : over_plane("type = \"mohr_coulomb\"")) measured["slab_mc_" + name] = value;
+                 for (const auto& [name, value] : over_plane("type = \"drucker_prager\", fit = \"plane\""))
+                   measured["slab_dp_" + name] = value;
                  return measured;
                }},
-              {within("mc_front", 1, 0.02, slab), at_most("mc_profile", 3, bui + ", mean difference [mm]"),
-               at_most("mc_kinetic", 1e-5, "it lies still"), within("dp_front", 1, 0.02, slab), at_most("dp_profile", 3, bui),
-               at_most("dp_kinetic", 1e-5, "it lies still")});
+              {within("slab_mc_front", 1, 0.02, slab), at_most("slab_mc_profile", 3, bui + ", mean difference [mm]"),
+               at_most("slab_mc_kinetic", 1e-5, "it lies still"), within("slab_dp_front", 1, 0.02, slab),
+               at_most("slab_dp_profile", 3, bui), at_most("slab_dp_kinetic", 1e-5, "it lies still")});
   const std::string lube = "Lube et al. (2005): 1.2 a";
   const std::string mohr = "type = \"mohr_coulomb\", density = 1600, cohesion = 0, friction_angle = 31";
   const std::string mu =

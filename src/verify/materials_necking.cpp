@@ -219,8 +219,7 @@ void add_necking(VerifySuite& suite) {
                }},
               plane);
   add_problem(
-      suite,
-      {"necking_3d", "a round bar of metal necks", "materials", false, true, 2e8, {}, [] { return explicit_neck("round_", 3, 5, 10); }},
+      suite, {"necking", "a round bar of metal necks", "materials", false, true, 2e8, {}, [] { return explicit_neck("round_", 3, 5, 10); }},
       rows("round_", {69.8e3, 76.1e3, 77.0e3, 72.3e3, 62.1e3}, {.962, .939, .911, .835, .721}));
 }
 
