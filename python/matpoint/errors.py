@@ -19,6 +19,8 @@ def shown(value: object, most: int = 80) -> str:
     """The value as it would be written, in one line and shortened, for messages."""
     try:
         text = " ".join(repr(value).split())
+        if isinstance(value, str):
+            text = f'"{text[1:-1]}"'
     except Exception:  # somebody else's repr
         text = f"<{type(value).__name__}>"
     return text if len(text) <= most else text[: most - 3] + "..."

@@ -220,6 +220,10 @@ def point_test(test: Mapping[str, Floats], title: str = "") -> Figure:
     Args:
         test: Its table, or that of `matpoint test-material`.
         title: Of the picture.
+
+    Raises:
+        ResultsError: It is no table of a test.
+        KeyError: A column is missing.
     """
     if not isinstance(test, Mapping):
         raise ResultsError(f"{shown(test)} is no table of a point test: give what mp.point_test returns")

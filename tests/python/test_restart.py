@@ -279,7 +279,7 @@ def test_another_case_is_refused_with_the_difference(half, tmp_path):
     with pytest.raises(mp.InputError, match="there is no state"):
         mp.load(tmp_path / "none.h5")
     (tmp_path / "no.h5").write_bytes(b"no")
-    with pytest.raises(mp.InputError, match="cannot read"):
+    with pytest.raises(mp.InputError, match="is no state of matpoint"):
         mp.load(tmp_path / "no.h5")
 
 
