@@ -284,6 +284,9 @@ void PointBody<Dim>::declare_state(State& state) {
   const auto check = [&](const char* name, std::size_t size, std::size_t width) {
     if (size != id.size() * width) state.fail(name, fmt::format("has {} numbers, not {}", size, id.size() * width));
   };
+  for (std::size_t p = 0; p < id.size(); ++p) {
+    if (id[p] < 0 || (p > 0 && id[p] <= id[p - 1])) state.fail("id", fmt::format("has {} in row {}, and ids ascend", id[p], p));
+  }
   check("position", position.size(), 1);
   check("start_position", start.size(), keeps_displacement ? 1 : 0);
   check("velocity", velocity.size(), 1);

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import time
 
+import fuzz
 import h5py
 import numpy as np
 import pytest
@@ -154,6 +155,39 @@ def test_sigusr1_writes_a_checkpoint_and_goes_on(program, matpoint, case, tmp_pa
     assert second.returncode == 2 and "is in use: process" in second.stderr
     running.kill()
     running.wait()
+
+
+def refusal_of_changed_state(matpoint, case, tmp_path, name, change):
+    """What is said of a state with another data set of its body; sealed anew, so that it is not the checksum that refuses it."""
+    assert matpoint("run", case, "--out", "r", "--checkpoint-steps", "5").returncode == 0
+    state = tmp_path / "state.h5"
+    state.write_bytes(sorted((tmp_path / "r/checkpoints").glob("*.h5"))[-1].read_bytes())
+    with h5py.File(state, "r+") as file:
+        place = next(f"simulation/solver/body/{body}/{name}" for body in file["simulation/solver/body"])
+        values = change(file[place][()])
+        del file[place]
+        file[place] = values
+    state.write_bytes(fuzz.sealed(state.read_bytes()))
+    refused = matpoint("run", "--from", "state.h5", "--out", "new")
+    assert refused.returncode == 2 and refused.stderr.count("\n") == 1, refused.stderr
+    return refused.stderr
+
+
+@pytest.mark.parametrize("wrong", ["twice", "beyond", "short"])
+def test_a_state_whose_numbers_do_not_fit_together_is_refused(matpoint, case, tmp_path, wrong):
+    name, change = {
+        "twice": ("id", lambda ids: np.where(np.arange(len(ids)) == 3, ids[4], ids)),
+        "beyond": ("id", lambda ids: np.where(np.arange(len(ids)) == 3, 10**6, ids)),
+        "short": ("velocity", lambda values: values[:-1]),
+    }[wrong]
+    said = refusal_of_changed_state(matpoint, case, tmp_path, name, change)
+    assert f"/{name} " in said and ("each particle has its own" in said or "and ids ascend" in said or " numbers, " in said), said
+
+
+def test_a_count_that_is_not_that_of_the_cells_is_refused(matpoint, tmp_path):
+    (tmp_path / "block.toml").write_text(CASE)
+    said = refusal_of_changed_state(matpoint, "block.toml", tmp_path, "count", lambda count: count + 1)
+    assert "/count is" in said and "and the cells have" in said, said
 
 
 def test_a_damaged_checkpoint_is_passed_over(matpoint, case, tmp_path):
