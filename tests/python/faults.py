@@ -1,6 +1,6 @@
 """Makes runs fail at each of their calls that change files, and looks at what is left.
 
-    scripts/faults                      all kinds at all calls of all runs (half an hour)
+    scripts/faults                      all kinds at all calls of all runs (hours)
     scripts/faults --every 20           at each 20th call
     scripts/faults kill power --runs explicit implicit
     scripts/faults --random 1000         runs of some seconds, killed at random times instead, and continued
