@@ -58,7 +58,8 @@ int test_material_command(const TestMaterialOptions& options) {
     settle_standard_output();
   } else {
     write_file(options.out, text);
-    say("{} rows in {}\nnext:    {} plot {}\n", result.rows.size(), options.out, shell_word(options.program), shell_word(options.out));
+    say("{} rows in {}\n", result.rows.size(), options.out);
+    if (options.out.ends_with(".csv")) say("next:    {} plot {}\n", shell_word(options.program), shell_word(options.out));
   }
   return k_exit_done;
 }

@@ -46,6 +46,10 @@ struct DruckerPrager : GranularLaw<DruckerPrager> {
     const Real sin_psi = std::sin(radians(psi));
     return {6 * sin_phi / d, 6 * sin_psi / (std::sqrt(3.0) * (3 + sign * sin_psi)), 6 * cos_phi / d * c};
   }
+  template <class S>
+  S apex(const std::array<S, 3>& strength) const {
+    return apex_of(strength[0], strength[2]);
+  }
   Real softening_limit() const {
     const auto [eta, eta_b, xi_c] = residual();
     const Real lost = peak()[2] - xi_c;
@@ -57,7 +61,7 @@ struct DruckerPrager : GranularLaw<DruckerPrager> {
   template <class S, class State, class T>
   void flow_with(const std::array<S, 3>& strength, State& p, const Internal<T>& old, Internal<T>& updated) const {
     const auto& [eta, eta_b, xi_c] = strength;
-    const S apex = apex_of(eta, xi_c, S(tension_cutoff.value_or(no_limit())));
+    const S apex = S(min(this->apex(strength), S(greatest_tension())));
     const Real K = bulk_modulus(), G = mu();
     T gap = p.close(old.gap);
     const T theta = p.theta();

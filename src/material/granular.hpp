@@ -19,6 +19,7 @@ namespace matpoint {
 ///   std::array<Real, 3> strength_of(Real cohesion, Real friction_angle, Real dilatancy_angle) const;
 ///   template <class S, class State, class T>                            // S is Real, or a number of each point
 ///   void flow_with(const std::array<S, 3>& strength, State& p, const Internal<T>& old, Internal<T>& updated) const;
+///   template <class S> S apex(const std::array<S, 3>& strength) const;  // mean stress where they end
 ///   Real softening_limit() const;                                       // the greatest h/slip that does not snap back without pressure
 template <class Law>
 struct GranularLaw : PartingLaw<Law> {
@@ -87,6 +88,7 @@ struct GranularLaw : PartingLaw<Law> {
     }
     peak_ = law().strength_of(cohesion, friction_angle, dilatancy_angle);
     residual_ = law().strength_of(c, phi, psi);
+    greatest_tension_ = std::min(tension_cutoff.value_or(no_limit()), law().apex(peak_));
     softening_strain_ = softens && length ? *softening_slip / (std::sqrt(3.0) * *length) : 0;
     if (softening_strain_ == 0) return;
     const Real greatest = *softening_slip * law().softening_limit();
@@ -112,12 +114,15 @@ struct GranularLaw : PartingLaw<Law> {
  protected:
   auto& peak() const { return peak_; }
   auto& residual() const { return residual_; }
+  /// Of the peak, [Pa]: the apex of a cone that loses friction wanders off, but nothing holds more tension for having slipped.
+  Real greatest_tension() const { return greatest_tension_; }
   static Real radians(Real degrees) { return degrees * (3.14159265358979323846 / 180); }
   /// For a cone without an apex [Pa].
   Real no_limit() const { return 1e6 * this->youngs_modulus; }
-  /// Where the strength of a cone ends, slope sigma_m <= cohesive [Pa]; `most` without friction.
+  /// Where the strength of a cone ends, slope sigma_m <= cohesive [Pa]; without friction it does not.
   template <class S>
-  static S apex_of(const S& slope, const S& cohesive, const S& most) {
+  S apex_of(const S& slope, const S& cohesive) const {
+    const S most = S(no_limit());
     return select(slope > S(0.0), S(min(most, S(cohesive / S(max(slope, S(1e-30)))))), most);
   }
 
@@ -171,6 +176,7 @@ struct GranularLaw : PartingLaw<Law> {
   }
 
   Strength<Real> peak_{}, residual_{};
+  Real greatest_tension_ = 0;  ///< [Pa]
   Real softening_strain_ = 0;  ///< a_r [1]; 0: keeps its strength, or has no length yet.
 };
 

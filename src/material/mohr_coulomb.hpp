@@ -20,6 +20,10 @@ struct MohrCoulomb : GranularLaw<MohrCoulomb> {
   std::array<Real, 3> strength_of(Real c, Real phi, Real psi) const {
     return {std::sin(radians(phi)), std::sin(radians(psi)), 2 * c * std::cos(radians(phi))};
   }
+  template <class S>
+  S apex(const std::array<S, 3>& strength) const {
+    return apex_of(S(2.0 * strength[0]), strength[2]);
+  }
   Real softening_limit() const {
     const auto [s, s_b, two_c] = residual();
     const Real lost = peak()[2] - two_c;
@@ -30,8 +34,8 @@ struct MohrCoulomb : GranularLaw<MohrCoulomb> {
   template <class S, class State, class T>
   void flow_with(const std::array<S, 3>& strength, State& p, const Internal<T>& old, Internal<T>& updated) const {
     const auto& [s, s_b, two_c] = strength;
-    const S apex = apex_of(S(2.0 * s), two_c, S(no_limit()));
-    const S cutoff = S(min(apex, S(tension_cutoff.value_or(no_limit()))));
+    const S apex = this->apex(strength);
+    const S cutoff = S(min(apex, S(greatest_tension())));
     const Real G = mu(), la = lambda();
     T gap = p.close(old.gap);
     const std::array<T, 3> before = {p.e[0], p.e[1], p.e[2]};

@@ -130,6 +130,29 @@ TEST(Softening, stress_ends_on_the_strength_that_is_left) {
   EXPECT_LT(worst, 1e-7);
 }
 
+template <class Law>
+Real tension_after_slip(const std::string& residual) {
+  const auto law = law_of<Law>(k_soil + k_softening + residual, 2);
+  PointOnPath<Law> point(law);
+  Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
+  for (int n = 1; n <= 100; ++n) {
+    F(0, 1) = 0.01 * n;
+    point.step(F, 1);
+  }
+  for (int n = 1; n <= 10; ++n) point.step(std::exp(0.01 * n) * F, 1);
+  return to_eigen(point.tau).trace() / 3;
+}
+
+TEST(Softening, nothing_holds_more_tension_for_having_slipped) {
+  const Real peak = 1e4 / std::tan(radians(30));
+  for (const char* residual :
+       {"residual_friction_angle = 10", "residual_friction_angle = 0", "residual_friction_angle = 0\nresidual_cohesion = 0"}) {
+    EXPECT_LT(tension_after_slip<MohrCoulomb>(residual), peak * (1 + 1e-9)) << residual;
+    EXPECT_LT(tension_after_slip<DruckerPrager>(residual), peak * (1 + 1e-9)) << residual;
+  }
+  EXPECT_LT(tension_after_slip<MohrCoulomb>("residual_cohesion = 0"), 1e-9 * peak) << "what has no cohesion holds none";
+}
+
 TEST(Softening, a_point_without_a_length_is_refused) {
   const auto refuses = [](const char* type, const std::string& text) {
     const auto material =

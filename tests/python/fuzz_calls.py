@@ -12,7 +12,6 @@ import pickle
 import random
 import sys
 import tempfile
-import threading
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -196,7 +195,6 @@ def main() -> int:
         calls = Calls(seed, Path(folder))
         kinds = [calls.case, calls.case, calls.parts, calls.field, calls.move, calls.look]
         for number in range(count):
-            state = calls.rng.getstate()
             kind = calls.rng.choice(kinds)
             try:
                 kind()
@@ -217,8 +215,6 @@ def main() -> int:
             if number % 20 == 19:  # the state that odd calls have left is not to hide what later ones do
                 calls.simulation = ball().build()
                 mp.set_threads(1)
-            del state
-    threading.excepthook = lambda *_: None
     print(f"{count} calls, {failures} failures")
     return 1 if failures else 0
 

@@ -26,22 +26,7 @@ np = pytest.importorskip("numpy")
 pytest.importorskip("matpoint._core")
 
 
-def ball(**changes):
-    case = mp.Case(
-        "ball",
-        gravity=(0, -9.81),
-        grid=mp.Grid(upper=(1, 1), cells=(10, 10)),
-        time=mp.Time(end=0.1),
-        body=mp.Body(
-            name="ball",
-            region=mp.Disk(center=(0.5, 0.5), radius=0.2),
-            layout=mp.PerCell(count=4),
-            material=mp.NeoHookean(density=1000, youngs_modulus=1e5, poissons_ratio=0.3),
-        ),
-    )
-    for key, value in changes.items():
-        setattr(case, key, value)
-    return case
+ball = pytest.importorskip("fuzz_calls").ball
 
 
 def test_numbers_of_every_kind_of_numpy_are_numbers():
