@@ -124,6 +124,12 @@ Case case_of(const FoundState& state, const std::vector<std::string>& sets, bool
   };
   for (const auto& [key, value] : before) check(key);
   for (const auto& [key, value] : after) check(key);
+  const auto keeps = [](const BodySpec& body) { return body.keeps_displacement; };
+  if (std::any_of(problem.bodies.begin(), problem.bodies.end(), keeps) && std::none_of(saved.bodies.begin(), saved.bodies.end(), keeps)) {
+    throw InputError(
+        "output.fields cannot ask for \"displacement\" from \"{}\": the run that wrote it did not remember where particles started",
+        state.path.string());
+  }
   return problem;
 }
 

@@ -184,6 +184,17 @@ def test_a_state_whose_numbers_do_not_fit_together_is_refused(matpoint, case, tm
     assert f"/{name} " in said and ("each particle has its own" in said or "and ids ascend" in said or " numbers, " in said), said
 
 
+def test_displacement_of_a_state_that_does_not_have_it_is_refused_and_may_be_left_out(matpoint, case, tmp_path):
+    kept = ("--set", 'output.fields=["displacement"]')
+    for out, words in (("without", ()), ("with", kept)):
+        assert matpoint("run", case, "--out", out, "--checkpoint-steps", "5", *words).returncode == 0
+    refused = matpoint("run", "--from", "without", "--out", "new", *kept)
+    assert refused.returncode == 2 and "did not remember where particles started" in refused.stderr, refused.stderr
+    for words in (kept, ("--set", 'output.fields=["velocity"]')):
+        done = matpoint("run", "--from", "with", "--out", "new", "--overwrite", *words)
+        assert done.returncode == 0, done.stderr
+
+
 def test_a_count_that_is_not_that_of_the_cells_is_refused(matpoint, tmp_path):
     (tmp_path / "block.toml").write_text(CASE)
     said = refusal_of_changed_state(matpoint, "block.toml", tmp_path, "count", lambda count: count + 1)
