@@ -162,7 +162,7 @@ std::shared_ptr<BodyForce> body_force(nb::object function, int dim, bool is_cons
 std::vector<Real> copied(const Real* from, Index count) { return {from, from + count}; }
 
 std::shared_ptr<Material> function_material(const std::string& name, nb::object function, Real density, Real wave_speed,
-                                            Real kinematic_viscosity, int history_size) {
+                                            Real kinematic_viscosity, int history_size, std::vector<std::string> history_names) {
   const auto evaluate = [function = Function(std::move(function)), history_size](const MaterialPoints& points) {
     const nb::gil_scoped_acquire lock;
     const auto n = static_cast<std::size_t>(points.count);
@@ -178,7 +178,8 @@ std::shared_ptr<Material> function_material(const std::string& name, nb::object 
     std::copy_n(tau.data(), 9 * n, points.tau);
     std::copy_n(history.data(), n * h, points.history);
   };
-  return std::make_shared<FunctionMaterial>(name, evaluate, density, wave_speed, kinematic_viscosity, history_size);
+  return std::make_shared<FunctionMaterial>(name, evaluate, density, wave_speed, kinematic_viscosity, history_size,
+                                            std::move(history_names));
 }
 
 }  // namespace
@@ -197,7 +198,7 @@ void bind_functions(nb::module_& m) {
   m.def("velocity_history", &velocity_history, nb::arg("function"), nb::arg("dim"));
   m.def("body_force", &body_force, nb::arg("function"), nb::arg("dim"), nb::arg("is_constant"));
   m.def("function_material", &function_material, nb::arg("name"), nb::arg("function"), nb::arg("density"), nb::arg("wave_speed"),
-        nb::arg("kinematic_viscosity"), nb::arg("history_size"));
+        nb::arg("kinematic_viscosity"), nb::arg("history_size"), nb::arg("history_names"));
 }
 
 }  // namespace matpoint::python

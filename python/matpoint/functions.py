@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -85,7 +85,9 @@ class FunctionLaw:
         density: Reference density [kg/m^3], > 0.
         wave_speed: An upper bound of the speed of pressure waves [m/s], > 0, for the stable time step.
         kinematic_viscosity: An upper bound [m^2/s], >= 0, for the stable time step.
-        history_size: Numbers per point that the law remembers, zero at the start.
+        history: Names of the numbers per point that the law remembers, zero at the start, e.g. ("damage",): fields of the body, in files and
+            as `body.field("damage")`. Units are 1 for all of them.
+        history_size: How many numbers it remembers, where they need no names.
 
     Raises:
         InputError: A number is not allowed (when the case is built), or the function gives another shape (when it runs).
@@ -100,13 +102,15 @@ class FunctionLaw:
         density: float,
         wave_speed: float,
         kinematic_viscosity: float = 0.0,
-        history_size: int = 0,
+        history: Sequence[str] = (),
+        history_size: int | None = None,
     ) -> None:
         self.stress = stress
         self.density = float(density)
         self.wave_speed = float(wave_speed)
         self.kinematic_viscosity = float(kinematic_viscosity)
-        self.history_size = int(history_size)
+        self.history = (history,) if isinstance(history, str) else tuple(history)
+        self.history_size = len(self.history) if history_size is None else int(history_size)
 
     def __repr__(self) -> str:
         return f"FunctionLaw({name_of(self.stress)}, density={self.density}, wave_speed={self.wave_speed})"
@@ -128,5 +132,11 @@ class FunctionLaw:
     def to_core(self) -> _core.Material:
         """The law as the core takes it. Raises InputError."""
         return _core.function_material(
-            name_of(self.stress), self._evaluate, self.density, self.wave_speed, self.kinematic_viscosity, self.history_size
+            name_of(self.stress),
+            self._evaluate,
+            self.density,
+            self.wave_speed,
+            self.kinematic_viscosity,
+            self.history_size,
+            list(self.history),
         )

@@ -201,6 +201,7 @@ SweepContext<Dim, R> ParticleBody<Dim, R>::make_context(Real dt, Real flip) cons
   for (int d = 0; d < Dim; ++d) {
     context.inverse_cell_size[d] = static_cast<R>(1 / grid_.cell_size(d));
     context.cells[d] = grid_.cells(d);
+    context.is_periodic[d] = grid_.is_periodic(d);
     context.reach[d] = static_cast<R>(reach_);
   }
   context.law = material_->law_data();

@@ -147,7 +147,10 @@ class ParticleBody final : public Body<Dim> {
   /// The shape functions of a cell of a direction.
   template <class Shape>
   Shape shape_at(int cell, int d) const {
-    return Shape(static_cast<R>(std::min(cell, 2)), static_cast<R>(std::min(grid_.cells(d) - 1 - cell, 2)), static_cast<R>(reach_));
+    const bool is_far = grid_.is_periodic(d);
+    const int before = is_far ? 2 : cell;
+    const int after = is_far ? 2 : grid_.cells(d) - 1 - cell;
+    return Shape(static_cast<R>(std::min(before, 2)), static_cast<R>(std::min(after, 2)), static_cast<R>(reach_));
   }
   /// Of the particle with the fields in a cell.
   template <class Shape>

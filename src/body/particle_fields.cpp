@@ -59,7 +59,13 @@ const std::vector<std::string>& particle_field_names() {
 
 std::vector<std::string> particle_field_names(const Material& material) {
   std::vector<std::string> names = particle_field_names();
-  for (const InternalVariable& variable : material.internal_variables()) names.emplace_back(variable.name);
+  for (const InternalVariable& variable : material.internal_variables()) {
+    // A program may have named it.
+    if (std::any_of(std::begin(k_shapes), std::end(k_shapes),
+                    [&](const FieldShape& s) { return s.name == std::string_view(variable.name); }))
+      throw InputError("history \"{}\" of a law has the name of another field of particles; take another name", variable.name);
+    names.emplace_back(variable.name);
+  }
   return names;
 }
 

@@ -47,9 +47,9 @@ void check_boundary(BoundarySpec& boundary, const Input& input, const ReadContex
           "kind = \"slip\" fixes the direction normal to the side or region and takes no components; use kind = \"fixed\" with them");
     }
     if (boundary.region != nullptr && !boundary.region->has_normal()) {
-      fail_input(
-          at_key(input, "region"), context,
-          "kind = \"slip\" needs a region with one surface: box, disk, sphere, polygon or half_space; give each part its own boundary");
+      fail_input(at_key(input, "region"), context,
+                 "kind = \"slip\" needs a region with one surface: box, disk, sphere, cylinder, polygon or half_space; give each part its "
+                 "own boundary");
     }
   }
   if (boundary.kind == BoundaryKind::traction) {
@@ -70,7 +70,7 @@ void check_boundary(BoundarySpec& boundary, const Input& input, const ReadContex
         : !has_kind                    ? "is for kind = \"fixed\", \"velocity\" or \"slip\""
         : !boundary.components.empty() ? "needs all components, so no components"
         : boundary.region != nullptr && !boundary.region->has_normal()
-            ? "needs a region with one surface: box, disk, sphere, polygon or half_space; give each part its own boundary"
+            ? "needs a region with one surface: box, disk, sphere, cylinder, polygon or half_space; give each part its own boundary"
             : nullptr;
     if (problem != nullptr)
       fail_input(at_key(input, "contact"), context, fmt::format("contact = {} {}", at_key(input, "contact").text(), problem));

@@ -25,7 +25,7 @@ class InitialStress {
   std::optional<Real> overconsolidation;
 };
 
-/// uniform, geostatic.
+/// uniform, geostatic, table.
 const TypeRegistry<InitialStress>& initial_stress_registry();
 
 /// Of all bodies, when the case has been read; refuses what cannot start with a stress. Throws InputError.

@@ -73,12 +73,18 @@ void check_shape(const Case& problem, const Input& input) {
               "fluid_correction = true is for shape = \"bspline2\", \"bspline3\" or \"gimp\": the others have no smooth slope to move "
               "particles along");
   }
+  for (const std::string& axis : problem.grid.periodic) {
+    const int cells = problem.grid.cells[static_cast<std::size_t>(axis[0] - 'x')];
+    if (cells >= span_of(problem.solver.shape)) continue;
+    fail_case(at_key(section_of(input, "grid"), "periodic"), "grid",
+              fmt::format("periodic = [\"{}\"] with {} cell{} is narrower than the shape functions; give it {} or more", axis, cells,
+                          cells == 1 ? "" : "s", span_of(problem.solver.shape)));
+  }
+  if (problem.solver.co_rotating.value_or(false) && !problem.grid.periodic.empty()) {
+    fail_case(at_key(section_of(input, "solver"), "co_rotating"), "solver",
+              "co_rotating = true cannot be used with periodic sides: what goes round them does not turn about a centre");
+  }
   if (problem.solver.shape != ShapeKind::linear) {
-    const Input& grid = section_of(input, "grid");
-    if (!problem.grid.periodic.empty()) {
-      fail_case(at_key(grid, "periodic"), "grid",
-                "periodic sides are for solver.shape = \"linear\" only: wider shapes end at the sides of the grid");
-    }
     const Input& output = section_of(input, "output");
     if (problem.output.grid) {
       fail_case(
@@ -355,7 +361,7 @@ void choose_scheme(Case& problem, const Input& input) {
     return body.material->flows_freely() && body.formulation == Formulation::updated;
   });
   if (!is_given(given, "shape")) {
-    const bool needs_linear = !problem.grid.periodic.empty() || problem.output.grid || solver.contact == ContactMethod::multi_field;
+    const bool needs_linear = problem.output.grid || solver.contact == ContactMethod::multi_field;
     // Fluids need the smoothest pressures, solids functions that end where they are held (docs/choices.md has the measurements).
     // GIMP's functions integrate a stress that is linear in the depth exactly, also at surfaces and walls: ground at rest stays at rest.
     const bool is_resting =
@@ -377,7 +383,8 @@ void choose_scheme(Case& problem, const Input& input) {
   if (has_gas && !problem.time.dt && !is_given(section_of(input, "time"), "cfl")) problem.time.cfl = std::min(problem.time.cfl, k_gas_cfl);
   // Linear shapes are the textbook's scheme, and stay that.
   if (!solver.co_rotating)
-    solver.co_rotating = solver.shape != ShapeKind::linear && solver.transfer == Transfer::flip && solver.stress_order != StressOrder::usf;
+    solver.co_rotating = solver.shape != ShapeKind::linear && solver.transfer == Transfer::flip &&
+                         solver.stress_order != StressOrder::usf && problem.grid.periodic.empty();
   if (!solver.fluid_correction) solver.fluid_correction = has_fluid && !has_gas && is_smooth(solver.shape);
 }
 

@@ -55,7 +55,7 @@ void SolverSpec::declare(ParameterTable<SolverSpec>& table) {
        {"cpdi", ShapeKind::cpdi}},
       "Shape functions of the grid: linear, quadratic or cubic B-splines that are clamped at the sides, or linear averaged over the "
       "particles' domains, which keep their shape (gimp: uGIMP) or deform with the particles (cpdi). Where none is given: linear with "
-      "periodic sides, output.grid or contact = \"multi_field\", else bspline2 where something flows (fluids, soils, grains, muds), else "
+      "output.grid or contact = \"multi_field\", else bspline2 where something flows (fluids, soils, grains, muds), else "
       "gimp.");
   table.choice(
       "transfer", &SolverSpec::transfer,

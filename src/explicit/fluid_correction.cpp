@@ -31,7 +31,15 @@ FluidCorrection<Dim, R>::FluidCorrection(bool has_filter, Grid<Dim, R>& grid, co
   }
   for (int d = 0; d < Dim; ++d) {
     cell_size_ = std::min(cell_size_, grid.cell_size(d));
-    if (!fluids_.empty()) lengths_[d] = fluids_.front()->node_lengths(d);
+    if (fluids_.empty()) continue;
+    lengths_[d] = fluids_.front()->node_lengths(d);
+    for (int node = 0; node < grid.span(); ++node) {
+      const int image = grid.image_of(node, d);
+      if (image < 0) continue;
+      Real& near = lengths_[d][static_cast<std::size_t>(node)];
+      Real& far = lengths_[d][static_cast<std::size_t>(image)];
+      near = far = near + far;
+    }
   }
 }
 
@@ -114,8 +122,10 @@ void FluidCorrection<Dim, R>::apply(const Vec3& gravity, Ledger& ledger) {
   correction.relaxation = -std::expm1(-k_relaxation * way);
   grid_.clear();
   for (Body<Dim>* body : fillers_) body->correct(CorrectionPass::spread, correction);
+  grid_.fold_periodic(Grid<Dim, R>::Fold::all);
   measure_nodes();
   for (Body<Dim>* fluid : fluids_) fluid->correct(CorrectionPass::residual, correction);
+  grid_.fold_periodic(Grid<Dim, R>::Fold::momentum);
   for_each_tile([](Tile<Dim, R>& tile) {
     NodeValues<Dim, R>& nodes = tile.values;
     for (int lane = 0; lane < k_lanes<R>; ++lane) {

@@ -157,7 +157,8 @@ struct Polygon final : Region {
         {"vertices", "m", type_text<std::vector<Vec3>>(), "", "at least 3 points, no two edges cross",
          "Corners one after the other, clockwise or not; the last is joined to the first.", true},
         [](Polygon& polygon, const Input& input, const ReadContext& context) {
-          require_dim(2, input, context, "a polygon exists in 2D only; in 3D use \"box\", \"sphere\" and their unions and differences");
+          require_dim(2, input, context,
+                      "a polygon exists in 2D only; in 3D use \"box\", \"sphere\", \"cylinder\" and their unions and differences");
           read_value(input, context, "vertices", any_number(), polygon.vertices);
           polygon.find_box();
         },
@@ -299,6 +300,88 @@ struct Polygon final : Region {
                 i, i + 1, j, (j + 1) % n));
       }
     }
+  }
+};
+
+struct Cylinder final : Region {
+  static constexpr auto name = "cylinder";
+  static constexpr auto summary = "A round cylinder between two points of its axis, 3D only.";
+
+  Vec3 start{};
+  Vec3 end{};
+  Real radius = 1;
+
+  static void declare(ParameterTable<Cylinder>& table) {
+    table.custom(
+        {"start", "m", "3 numbers", "", "", "The middle of one end.", true},
+        [](Cylinder& cylinder, const Input& input, const ReadContext& context) {
+          require_dim(3, input, context, "a cylinder exists in 3D only, use type = \"box\", or \"disk\" for its section");
+          read_value(input, context, "start", any_number(), cylinder.start);
+        },
+        [](const Cylinder& cylinder, int dim) -> std::optional<Input> { return write_value(cylinder.start, dim); });
+    table.required("end", "m", &Cylinder::end, any_number(), "The middle of the other end.");
+    table.required("radius", "m", &Cylinder::radius, positive(), "Radius.");
+  }
+  bool contains(const Vec3& x) const override { return reaches(x, 0); }
+  bool reaches(const Vec3& x, Real tolerance) const override {
+    const Place at = place_of(x);
+    return at.along >= -tolerance && at.along <= length() + tolerance && at.away <= radius + tolerance;
+  }
+  Vec3 lower() const override { return corner(-1); }
+  Vec3 upper() const override { return corner(1); }
+  std::optional<Real> measure(int) const override { return std::numbers::pi * radius * radius * length(); }
+  bool has_normal() const override { return true; }
+  std::vector<Vec3> normals(const Vec3& x, int) const override {
+    const Vec3 a = axis();
+    const Place at = place_of(x);
+    std::vector<std::pair<Real, Vec3>> faces{{length() - at.along, a}, {at.along, {-a[0], -a[1], -a[2]}}};
+    if (at.away > k_tie_tolerance * radius) {
+      faces.emplace_back(radius - at.away, Vec3{at.out[0] / at.away, at.out[1] / at.away, at.out[2] / at.away});
+    } else {
+      // All directions across the axis are equally near: two of them, at right angles to each other.
+      const auto least = static_cast<std::size_t>(
+          std::min_element(a.begin(), a.end(), [](Real p, Real q) { return std::abs(p) < std::abs(q); }) - a.begin());
+      Vec3 one{};
+      for (std::size_t d = 0; d < 3; ++d) one[d] = (d == least ? 1 : 0) - a[least] * a[d];
+      const Real size = std::hypot(one[0], one[1], one[2]);
+      for (Real& c : one) c /= size;
+      faces.emplace_back(radius, one);
+      faces.emplace_back(radius, Vec3{a[1] * one[2] - a[2] * one[1], a[2] * one[0] - a[0] * one[2], a[0] * one[1] - a[1] * one[0]});
+    }
+    return nearest_normals(faces, std::max(radius, length()));
+  }
+  Input write(int dim) const override { return write_typed(*this, dim); }
+  void check(const Input& input, const ReadContext& context) const override {
+    if (!(length() > 0)) fail_input(value_of(input, "end"), context, "end must be another point than start, they give the axis");
+    check_measure(*this, input, context);
+  }
+
+ private:
+  struct Place {
+    Real along, away;  ///< The axis from its start, and from it [m].
+    Vec3 out;          ///< From the axis to the point [m].
+  };
+  Real length() const { return std::hypot(end[0] - start[0], end[1] - start[1], end[2] - start[2]); }
+  Vec3 axis() const {
+    const Real size = length();
+    return {(end[0] - start[0]) / size, (end[1] - start[1]) / size, (end[2] - start[2]) / size};
+  }
+  Place place_of(const Vec3& x) const {
+    const Vec3 a = axis();
+    Place at{0, 0, {}};
+    for (std::size_t d = 0; d < 3; ++d) at.along += (x[d] - start[d]) * a[d];
+    for (std::size_t d = 0; d < 3; ++d) at.out[d] = x[d] - start[d] - at.along * a[d];
+    at.away = std::hypot(at.out[0], at.out[1], at.out[2]);
+    return at;
+  }
+  Vec3 corner(Real sign) const {
+    const Vec3 a = axis();
+    Vec3 corner{};
+    for (std::size_t d = 0; d < 3; ++d) {
+      const Real reach = sign * radius * std::sqrt(std::max(Real{0}, 1 - a[d] * a[d]));
+      corner[d] = sign * std::max(sign * start[d], sign * end[d]) + reach;
+    }
+    return corner;
   }
 };
 
@@ -458,6 +541,7 @@ const TypeRegistry<Region>& region_registry() {
     all.add<Box>();
     all.add<Disk>();
     all.add<Sphere>();
+    all.add<Cylinder>();
     all.add<Polygon>();
     all.add<HalfSpace>();
     all.add<Union>();

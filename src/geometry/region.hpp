@@ -60,7 +60,7 @@ struct Ball final : Region {
 using Disk = Ball<2>;
 using Sphere = Ball<3>;
 
-/// box, disk, sphere, polygon, half_space, union, difference.
+/// box, disk, sphere, cylinder, polygon, half_space, union, difference.
 const TypeRegistry<Region>& region_registry();
 
 }  // namespace matpoint

@@ -73,6 +73,18 @@ Vec<Dim> sliding(const SurfaceContact<Dim>& contact, const Vec<Dim>& w, Real w_n
   return along;
 }
 
+/// A node beyond periodic sides in the directions whose bits are set, and itself in the others; nothing where it has no image there.
+template <int Dim, class R>
+std::optional<Place<Dim>> image_of(const Grid<Dim, R>& grid, Place<Dim> node, int directions) {
+  for (int d = 0; d < Dim; ++d) {
+    if ((directions >> d & 1) == 0) continue;
+    int& i = node[static_cast<std::size_t>(d)];
+    i = grid.image_of(i, d);
+    if (i < 0) return std::nullopt;
+  }
+  return node;
+}
+
 }  // namespace
 
 template <int Dim, class R>
@@ -84,20 +96,14 @@ BoundaryConditions<Dim, R>::BoundaryConditions(const std::vector<BoundarySpec>& 
   }
 }
 
-/// Where a condition holds at a node: the node's place, or that of its image on the other side of a periodic direction, for they are one.
+/// Where a condition holds at a node: the node's place, or that of its image beyond a periodic side, for they are one.
 template <int Dim, class R>
 std::optional<Vec3> BoundaryConditions<Dim, R>::place_in(std::size_t condition, const Grid<Dim, R>& grid, const Place<Dim>& node) const {
   const BoundarySpec& spec = specs_[condition];
   for (int images = 0; images < 1 << Dim; ++images) {
-    Place<Dim> image = node;
-    bool exists = true;
-    for (int d = 0; d < Dim; ++d) {
-      if ((images >> d & 1) == 0) continue;
-      int& i = image[static_cast<std::size_t>(d)];
-      exists = exists && grid.is_periodic(d) && (i == 0 || i == grid.cells(d));
-      i = grid.cells(d) - i;
-    }
-    if (!exists) continue;
+    const std::optional<Place<Dim>> found = image_of<Dim, R>(grid, node, images);
+    if (!found) continue;
+    const Place<Dim>& image = *found;
     const Vec3 x = widened<Dim>(grid.node_position(image));
     if (spec.region) {
       Real cell_size = grid.cell_size(0);
@@ -346,6 +352,19 @@ void BoundaryConditions<Dim, R>::measure_gaps(const Grid<Dim, R>& grid, const Ga
         if (nodes.lanes.empty()) continue;
         std::vector<Real> gaps(nodes.lanes.size(), std::numeric_limits<Real>::infinity());
         measure(nodes, side.axis, side.is_upper, gaps);
+        for (std::size_t k = 0; k < gaps.size() && grid.has_periodic(); ++k) {
+          Place<Dim> node = tile->first;
+          node[0] += nodes.lanes[k];
+          for (int images = 1; images < 1 << Dim; ++images) {
+            const std::optional<Place<Dim>> image = image_of<Dim, R>(grid, node, images);
+            if (!image) continue;
+            TileNodes<Dim> there{*image, {(*image)[0] % k_lanes<R>}};
+            there.first[0] -= there.lanes[0];
+            std::vector<Real> gap{gaps[k]};
+            measure(there, side.axis, side.is_upper, gap);
+            gaps[k] = gap[0];
+          }
+        }
         std::size_t i = 0;
         for (SurfaceContact<Dim>& contact : tile->contacts) {
           if (contact.condition == static_cast<int>(c)) contact.gap = gaps[i++];

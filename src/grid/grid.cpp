@@ -64,17 +64,17 @@ Vec<Dim> Grid<Dim, R>::node_position(const Place<Dim>& node) const {
   Vec<Dim> position;
   for (int d = 0; d < Dim; ++d) {
     const auto s = static_cast<std::size_t>(d);
-    int i = node[s];
-    Real place = i;
-    if (has_domains(shape_)) {
-      place = i = node[s] - 1;
-    } else {
+    const int i = node[s];
+    // Beyond periodic sides cells and knots go on.
+    Real place = i - 0.5 * (span_ - 1);
+    if (!has_domains(shape_) && !is_periodic_[d]) {
       // The mean of as many knots as the degree of the splines; linear shapes are splines of degree 1.
       place = 0;
       for (int k = 0; k < span_; ++k) place += static_cast<Real>(std::clamp(i - k, 0, cells_[d])) / span_;
     }
     // The far side exactly, so that `side = "top"` and a region that ends there mean the same nodes.
-    position[s] = node[s] == side_node(d, true) ? upper_[d] : lower_[d] + place * cell_size_[d];
+    const bool is_on_far_side = is_periodic_[d] ? place == cells_[d] : i == side_node(d, true);
+    position[s] = is_on_far_side ? upper_[d] : lower_[d] + place * cell_size_[d];
   }
   return position;
 }
@@ -85,7 +85,14 @@ std::vector<Real> Grid<Dim, R>::node_positions() const {
   all.reserve(static_cast<std::size_t>(node_count()) * Dim);
   Place<Dim> node{};
   for (Index n = 0; n < node_count(); ++n) {
-    const Vec<Dim> x = node_position(node);
+    Vec<Dim> x = node_position(node);
+    for (int d = 0; d < Dim; ++d) {
+      const auto s = static_cast<std::size_t>(d);
+      const bool is_in_grid = x[s] >= lower_[d] && x[s] < upper_[d];
+      Place<Dim> image = node;
+      image[s] = image_of(node[s], d);
+      if (!is_in_grid && image[s] >= 0) x[s] = node_position(image)[s];
+    }
     all.insert(all.end(), x.begin(), x.end());
     for (std::size_t d = 0; d < Dim && ++node[d] == nodes(static_cast<int>(d)); ++d) node[d] = 0;
   }
@@ -109,16 +116,16 @@ void Grid<Dim, R>::set_up(TileType& tile, const Place<Dim>& node) const {
   tile.components.clear();
   tile.normals.clear();
   tile.contacts.clear();
-  tile.is_at_periodic_side = false;
+  tile.has_images = false;
   for (int lane = 0; lane < k_lanes<R>; ++lane) {
     Place<Dim> here = node;
     here[0] += lane;
     tile.booked[lane] = 1;
     for (int d = 0; d < Dim; ++d) {
       const int i = here[static_cast<std::size_t>(d)];
-      if (!is_periodic_[d] || (i != 0 && i != cells_[d])) continue;
-      tile.is_at_periodic_side = true;
-      if (i == cells_[d]) tile.booked[lane] = 0;
+      if (image_of(i, d) < 0) continue;
+      tile.has_images = true;
+      if (i >= cells_[d]) tile.booked[lane] = 0;
     }
     if (here[0] < nodes(0) && conditions_ != nullptr) conditions_->append(*this, here, lane, tile);
   }
@@ -146,19 +153,11 @@ Tile<Dim, R>* Grid<Dim, R>::acquire(const Place<Dim>& node) {
     TileType* const made = tile = make_tile(band, node);  // the map may move when twins are made
     ++made->user_count;
     // The tiles on the other side of a periodic direction are needed as long as this one, so for good.
-    for (int d = 0; d < Dim && made->is_at_periodic_side; ++d) {
-      if (!is_periodic_[d]) continue;
-      const auto s = static_cast<std::size_t>(d);
-      Place<Dim> twin = node;
-      const int far = d == 0 ? cells_[0] / k_lanes<R> * k_lanes<R> : cells_[d];
-      if (node[s] == 0)
-        twin[s] = far;
-      else if (node[s] == far)
-        twin[s] = 0;
-      else
-        continue;
-      ++made->user_count;
-      if (find(twin) == nullptr) acquire(twin);
+    for (int d = 0; d < Dim && made->has_images; ++d) {
+      for (const Place<Dim>& twin : image_tiles(node, d)) {
+        ++made->user_count;
+        if (find(twin) == nullptr) acquire(twin);
+      }
     }
     return made;
   }
@@ -191,27 +190,40 @@ void Grid<Dim, R>::for_each_band(F&& f) {
 }
 
 template <int Dim, class R>
+std::vector<Place<Dim>> Grid<Dim, R>::image_tiles(const Place<Dim>& first, int d) const {
+  const auto s = static_cast<std::size_t>(d);
+  std::vector<Place<Dim>> all;
+  for (int lane = 0; lane < (d == 0 ? k_lanes<R> : 1); ++lane) {
+    Place<Dim> image = first;
+    image[s] = image_of(first[s] + lane, d);
+    if (image[s] < 0) continue;
+    if (d == 0) image[0] -= image[0] % k_lanes<R>;
+    if (all.empty() || all.back() != image) all.push_back(image);
+  }
+  return all;
+}
+
+template <int Dim, class R>
 void Grid<Dim, R>::fold_periodic(Fold what) {
   if (!has_periodic_) return;
-  // The two ends of a periodic direction are one node: both get the sum, and everything after treats them alike.
-  const auto fold = [](R* a, R* b) { *a = *b = *a + *b; };
+  // A node and its image are one: both get the sum, and everything after treats them alike.
+  const auto fold = [](R& a, R& b) { a = b = a + b; };
   for (int d = 0; d < Dim; ++d) {
-    if (!is_periodic_[d]) continue;
     const auto s = static_cast<std::size_t>(d);
     for (Band& band : bands_) {
       for (TileType* tile : band.tiles) {
-        if (!tile->is_at_periodic_side || tile->first[s] != 0) continue;
-        Place<Dim> place = tile->first;
-        place[s] = d == 0 ? cells_[0] / k_lanes<R> * k_lanes<R> : cells_[d];
-        TileType* const twin = find(place);
-        const int first = 0;
-        const int last = d == 0 ? 1 : k_lanes<R>;
-        const int shift = d == 0 ? cells_[0] % k_lanes<R> : 0;
-        for (int lane = first; lane < last; ++lane) {
-          if (what == Fold::all) fold(&tile->values.mass[lane], &twin->values.mass[lane + shift]);
+        if (!is_periodic_[d] || !tile->has_images || tile->first[s] >= span_) continue;
+        for (int lane = 0; lane < (d == 0 ? span_ : k_lanes<R>); ++lane) {
+          Place<Dim> place = tile->first;
+          place[s] = image_of(d == 0 ? lane : place[s], d);
+          const int far_lane = d == 0 ? place[0] % k_lanes<R> : lane;
+          if (d == 0) place[0] -= far_lane;
+          NodeValues<Dim, R>& near = tile->values;
+          NodeValues<Dim, R>& far = find(place)->values;
+          if (what == Fold::all) fold(near.mass[lane], far.mass[far_lane]);
           for (int c = 0; c < Dim; ++c) {
-            if (what != Fold::force) fold(&tile->values.momentum[c][lane], &twin->values.momentum[c][lane + shift]);
-            if (what != Fold::momentum) fold(&tile->values.force[c][lane], &twin->values.force[c][lane + shift]);
+            if (what != Fold::force) fold(near.momentum[c][lane], far.momentum[c][far_lane]);
+            if (what != Fold::momentum) fold(near.force[c][lane], far.force[c][far_lane]);
           }
         }
       }
@@ -302,8 +314,9 @@ void Grid<Dim, R>::copy_periodic(std::vector<Real>& values) const {
   std::size_t stride = Dim;
   for (int d = 0; d < Dim; ++d) {
     const auto count = static_cast<std::size_t>(nodes(d));
+    const auto cells = static_cast<std::size_t>(cells_[d]);
     for (std::size_t i = 0; is_periodic_[d] && i < values.size(); ++i) {
-      if (i / stride % count == count - 1) values[i] = values[i - (count - 1) * stride];
+      if (i / stride % count >= cells) values[i] = values[i - cells * stride];
     }
     stride *= count;
   }

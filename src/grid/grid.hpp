@@ -88,13 +88,13 @@ struct Tile {
   NodeValues<Dim, R> values{};
   Place<Dim> first{};  ///< The first node.
   Index key = 0;
-  Index pass = 0;      ///< The last pass over the nodes that has worked it.
-  int user_count = 0;  ///< Blocks that touch it.
-  bool is_at_periodic_side = false;
+  Index pass = 0;           ///< The last pass over the nodes that has worked it.
+  int user_count = 0;       ///< Blocks that touch it.
+  bool has_images = false;  ///< Of some nodes, at periodic sides.
   std::vector<FixedComponent> components;
   std::vector<FixedNormal<Dim>> normals;
   std::vector<SurfaceContact<Dim>> contacts;
-  alignas(64) R booked[k_lanes<R>];  ///< 0 for the far image of a node on a periodic side, which is left out of all sums.
+  alignas(64) R booked[k_lanes<R>];  ///< 0 for the far image of a node at a periodic side, which is left out of all sums.
 };
 
 template <int Dim, class R>
@@ -114,7 +114,7 @@ class Grid {
   /// Whether the velocity that a pass has advanced is left in `second`, too, for refining.
   void set_refined(bool is_refined) { is_refined_ = is_refined; }
 
-  /// Gives the nodes on the far side of each periodic direction what those on the near side have, for they are one. Dim numbers each.
+  /// Gives the far images of nodes at periodic sides what these nodes have, for they are one. Dim numbers each.
   void copy_periodic(std::vector<Real>& values) const;
 
   GridGeometry geometry() const;
@@ -133,6 +133,12 @@ class Grid {
   int row_count() const { return rows_of<Dim>(span_); }
   bool is_periodic(int d) const { return is_periodic_[d]; }
   bool has_periodic() const { return has_periodic_; }
+  /// Of a periodic direction: the last nodes are images of the first ones, as many as the shape functions span, and the other way round.
+  /// The other one of the two along axis d; -1 for a node that has none.
+  int image_of(int node, int d) const {
+    if (!is_periodic_[d]) return -1;
+    return node < span_ ? node + cells_[d] : node >= cells_[d] && node < nodes(d) ? node - cells_[d] : -1;
+  }
   Index node_count() const;
   Vec<Dim> node_position(const Place<Dim>& node) const;
   /// Of all nodes, Dim numbers each, in the order of their numbers (x fastest).
@@ -196,6 +202,8 @@ class Grid {
   Index key_of(const Place<Dim>& node) const;
   int band_of_node_row(int row) const { return std::min(row / band_rows_, band_count() - 1); }
   void set_up(TileType& tile, const Place<Dim>& node) const;
+  /// The first nodes of the tiles in which the images of a tile's nodes along axis d lie.
+  std::vector<Place<Dim>> image_tiles(const Place<Dim>& first, int d) const;
   TileType* make_tile(Band& band, const Place<Dim>& node);
   template <class F>
   void for_each_band(F&& f);

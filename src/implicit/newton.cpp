@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace matpoint {
 namespace {
 
 constexpr int k_halvings_max = 12;
+// In a second search: more of them are not worth their time, a shorter step is.
+constexpr int k_second_halvings_max = 4;
 // Residuals that small, in shares of the forces, go up and down by rounding.
 constexpr Real k_rounding = 1e-12;
 // Where a node sees hardly any mass, rounding of the residual moves it for ever; a residual below this that no longer falls has converged.
@@ -66,12 +69,27 @@ std::optional<std::string> Newton<Dim>::solve(const StepLoad<Dim>& load, std::ve
   for (std::size_t k = 0; k < u.size(); ++k) {
     if (space_.unknown(static_cast<Index>(k / Dim), static_cast<int>(k % Dim)) < 0) prescribed[k] -= u[k];
   }
-  Search search{load, std::move(prescribed), u, u, u, {}, {}, 0, 0, 0};
+  const bool is_free = spec_.halving == StepHalving::inversion && !assembly_.may_touch();
+  const Search start{load, std::move(prescribed), u, u, u, {}, {}, 0, 0, is_free ? 0 : k_halvings_max, 0};
+  std::optional<std::string> failure = search_from(start, symmetry, u);
+  if (!failure || !is_free) return failure;
+  // Where loads fall, or much begins to flow at once, full increments wander about what halved ones find.
+  const NewtonReport first = std::exchange(report_, {});
+  Search again = start;
+  again.halvings_to_fall = k_second_halvings_max;
+  const std::optional<std::string> second = search_from(std::move(again), symmetry, u);
+  report_.iterations += first.iterations;
+  report_.halvings += first.halvings;
+  return second ? failure : std::nullopt;
+}
+
+template <int Dim>
+std::optional<std::string> Newton<Dim>::search_from(Search search, Symmetry symmetry, std::vector<Real>& u) {
   // Prescribed displacements come with the first increment, so that the body follows them at once: alone they might turn cells inside out.
   if (norm_of(search.prescribed) > 0) search.lift.displacement = &search.prescribed;
   {
     Stage stage(profile_, "assembly");
-    assembly_.residual_and_matrix(search.u, load, search.residual, search.lift);
+    assembly_.residual_and_matrix(search.u, search.load, search.residual, search.lift);
   }
   while (report_.iterations < spec_.iterations_max) {
     search.norm = unknown_norm(search.residual);
@@ -165,8 +183,7 @@ typename Newton<Dim>::Outcome Newton<Dim>::take_increment(Search& search, std::s
       Stage stage(profile_, "assembly");
       assembly_.residual_and_matrix(search.trial, search.load, search.residual, search.lift);
       const Real after = unknown_norm(search.residual);
-      const bool is_free = spec_.halving == StepHalving::inversion && !assembly_.may_touch();
-      const bool may_rise = is_free || !search.has_all() || after <= k_rounding * search.force_scale;
+      const bool may_rise = halving >= search.halvings_to_fall || !search.has_all() || after <= k_rounding * search.force_scale;
       if (may_rise || is_last || after < search.norm) break;
       report_.increments.pop_back();
     }

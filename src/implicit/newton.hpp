@@ -24,7 +24,7 @@ class Newton {
   Newton(const ImplicitSpec& spec, const StepSpace<Dim>& space, Assembly<Dim>& assembly, Profile& profile);
 
   /// From `u`, or from 0 where it is empty, with the prescribed displacements by active node and component [m]: fills `u`, or says why it
-  /// failed.
+  /// failed. Where full increments do not converge, once more with increments that are halved until they reduce the residual.
   std::optional<std::string> solve(const StepLoad<Dim>& load, std::vector<Real> prescribed, Symmetry symmetry, std::vector<Real>& u);
 
   /// Displacements by active node and component that the forces `right` make with the assembly's present matrix, 0 where prescribed; false
@@ -48,10 +48,12 @@ class Newton {
     Lift lift;
     Real last_norm = 0;
     Real norm = 0;
-    Real force_scale = 0;  ///< Of all nodes, prescribed components, too: a body at rest has its weight here [N].
+    int halvings_to_fall = 0;  ///< So often an increment is halved that does not reduce the residual.
+    Real force_scale = 0;      ///< Of all nodes, prescribed components, too: a body at rest has its weight here [N].
     bool has_all() const { return lift.displacement == nullptr; }
   };
   enum class Outcome { goes_on, converged, failed };
+  std::optional<std::string> search_from(Search search, Symmetry symmetry, std::vector<Real>& u);
   bool is_balanced(const Search& search) const;
   bool has_converged(const Search& search, Real share);
   bool make_increment(Search& search, Symmetry symmetry);

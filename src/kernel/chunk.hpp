@@ -48,7 +48,7 @@ MPM_INLINE typename Variant<V>::template Shape<Pack<R>> shape_of(const SweepCont
   using P = Pack<R>;
   P before = P(2);
   P after = P(2);
-  for (int i = 0; i < P::k_width; ++i) {
+  for (int i = 0; i < P::k_width && !context.is_periodic[d]; ++i) {
     const int cell = chunk.cell[d] + (d == 0 ? lane + i : 0);
     const int last = context.cells[d] - 1;
     if (cell < 2) before.v[i] = static_cast<R>(cell);

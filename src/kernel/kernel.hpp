@@ -154,6 +154,7 @@ struct SweepContext {
   R flip = 1;
   R inverse_cell_size[Dim] = {};
   int cells[Dim] = {};          ///< Of the grid.
+  bool is_periodic[Dim] = {};   ///< Shape functions go on across the two sides.
   R reach[Dim] = {};            ///< Half of a particle's domain at rest, in cell sides, for GIMP and CPDI.
   bool has_fbar = false;        ///< Particles of a cell change their volume at one rate.
   bool is_affine_full = false;  ///< The affine part is the velocity gradient (TPIC), not APIC's least-squares slope.

@@ -24,8 +24,10 @@ class FunctionMaterial final : public Material {
   /// Called from any thread, for some tens of points at a time. What it throws ends the step.
   using Function = std::function<void(const MaterialPoints&)>;
 
-  /// `wave_speed` [m/s] and `kinematic_viscosity` [m^2/s] are upper bounds for the stable step. Throws InputError.
-  FunctionMaterial(std::string name, Function function, Real density, Real wave_speed, Real kinematic_viscosity, int history_size);
+  /// `wave_speed` [m/s] and `kinematic_viscosity` [m^2/s] are upper bounds for the stable step. `history_names`: of the last numbers of the
+  /// history, as fields have them. Throws InputError.
+  FunctionMaterial(std::string name, Function function, Real density, Real wave_speed, Real kinematic_viscosity, int history_size,
+                   std::vector<std::string> history_names = {});
 
   std::string type() const override { return "function"; }
   Real density() const override { return density_; }
@@ -44,6 +46,7 @@ class FunctionMaterial final : public Material {
   Real kinematic_viscosity(Real) const override { return kinematic_viscosity_; }
   void rethrow() const override;
   Input write(int dim) const override;
+  std::vector<InternalVariable> internal_variables() const override;
 
   /// Calls the function; after an error the stress is zero until rethrow() has told of it.
   void evaluate(const MaterialPoints& points) const noexcept;
@@ -55,6 +58,7 @@ class FunctionMaterial final : public Material {
   Real wave_speed_;
   Real kinematic_viscosity_;
   int history_size_;
+  std::vector<std::string> history_names_;
   mutable std::mutex mutex_;
   mutable std::exception_ptr error_;
 };

@@ -111,6 +111,54 @@ TEST(Region, half_space_along_an_axis_is_bounded_on_one_side) {
   EXPECT_TRUE(right->contains({0.3, 7, 0}));
 }
 
+TEST(Region, cylinder_has_its_measure_box_and_normals) {
+  // Along an axis, and aslant: 1.5 m from (0.3, 0.2, 1).
+  for (const char* const text : {"{ type = 'cylinder', start = [0.3, 0.2, 1.0], end = [0.3, 1.7, 1.0], radius = 0.7 }",
+                                 "{ type = 'cylinder', start = [0.3, 0.2, 1.0], end = [1.3, 1.2, 1.5], radius = 0.7 }",
+                                 "{ type = 'cylinder', start = [1.3, 1.2, 1.5], end = [0.3, 0.2, 1.0], radius = 0.7 }"}) {
+    const RegionPointer bar = region(text, 3);
+    EXPECT_NEAR(*bar->measure(3), std::numbers::pi * 0.49 * 1.5, 1e-14);
+    EXPECT_NEAR(counted_measure(*bar, 3, 80), *bar->measure(3), 0.01 * *bar->measure(3));
+    // The box touches the surface everywhere: a little smaller it would cut some of it off.
+    const Vec3 lower = bar->lower(), upper = bar->upper();
+    Vec3 least{9, 9, 9}, most{-9, -9, -9};
+    for (int k = 0; k < 200'000; ++k) {
+      const Vec3 x{lower[0] - 0.1 + std::fmod(k * 0.7548776662, 1) * (upper[0] - lower[0] + 0.2),
+                   lower[1] - 0.1 + std::fmod(k * 0.5698402910, 1) * (upper[1] - lower[1] + 0.2),
+                   lower[2] - 0.1 + std::fmod(k * 0.3141592654, 1) * (upper[2] - lower[2] + 0.2)};
+      if (!bar->contains(x)) continue;
+      for (std::size_t d = 0; d < 3; ++d) {
+        least[d] = std::min(least[d], x[d]);
+        most[d] = std::max(most[d], x[d]);
+      }
+      // A step outwards as long as to the nearest surface ends on it: a bit less is inside, a bit more is not.
+      for (const Vec3& n : bar->normals(x, 3)) {
+        EXPECT_NEAR(std::hypot(n[0], n[1], n[2]), 1, 1e-12);
+        const auto at = [&](Real way) { return Vec3{x[0] + way * n[0], x[1] + way * n[1], x[2] + way * n[2]}; };
+        EXPECT_FALSE(bar->contains(at(0.7500001))) << "the nearest surface is at most half of the length away";
+        Real low = 0, high = 0.76;
+        for (int half = 0; half < 40; ++half) (bar->contains(at((low + high) / 2)) ? low : high) = (low + high) / 2;
+        // In no other direction it is nearer.
+        for (const Vec3& m : {Vec3{n[1], n[2], n[0]}, Vec3{-n[0], -n[1], -n[2]}, Vec3{n[2], -n[0], n[1]}})
+          EXPECT_TRUE(bar->contains({x[0] + 0.999 * low * m[0], x[1] + 0.999 * low * m[1], x[2] + 0.999 * low * m[2]}));
+      }
+    }
+    for (std::size_t d = 0; d < 3; ++d) {
+      EXPECT_GE(least[d], lower[d]);
+      EXPECT_LE(most[d], upper[d]);
+      EXPECT_LT(least[d], lower[d] + 0.06);
+      EXPECT_GT(most[d], upper[d] - 0.06);
+    }
+  }
+  const RegionPointer bar = region("{ type = 'cylinder', start = [0, 0, 0], end = [0, 0, 4], radius = 1 }", 3);
+  expect_normals(bar->normals({0, 0, 2}, 3), {{1, 0, 0}, {0, 1, 0}});
+  expect_normals(bar->normals({0.5, 0, 2}, 3), {{1, 0, 0}});
+  expect_normals(bar->normals({0, 0, 3.5}, 3), {{0, 0, 1}});
+  EXPECT_TRUE(bar->reaches({1 + 1e-9, 0, 2}, 1e-8));
+  EXPECT_FALSE(bar->contains({1 + 1e-9, 0, 2}));
+  EXPECT_TRUE(bar->contains({0, 1, 4}));
+}
+
 TEST(Region, disk_and_sphere_have_their_measure_box_and_radial_normals) {
   for (const int dim : {2, 3}) {
     const RegionPointer ball = region(dim == 2 ? k_disk : k_sphere, dim);
@@ -277,6 +325,8 @@ TEST(Region, without_size_or_in_the_wrong_dimension_is_refused) {
   expect(text("{ type = 'disk', center = [0, 0], radius = 0 }"), "radius = 0 is not allowed, it must be > 0");
   expect(text("{ type = 'disk', center = [0, 0, 0], radius = 1 }", 3), "a disk exists in 2D only, use type = \"sphere\"");
   expect(text("{ type = 'sphere', center = [0, 0], radius = 1 }"), "a sphere exists in 3D only, use type = \"disk\"");
+  expect(text("{ type = 'cylinder', start = [0, 0], end = [0, 1], radius = 1 }"), "a cylinder exists in 3D only, use type = \"box\"");
+  expect(text("{ type = 'cylinder', start = [0, 0, 1], end = [0, 0, 1], radius = 1 }", 3), "end must be another point than start");
   expect(text("{ type = 'polygon', vertices = [[0, 0], [1, 0]] }"), "vertices has 2 points, a polygon needs at least 3");
   expect(text("{ type = 'polygon', vertices = [[0, 0], [1, 1], [2, 2]] }"), "the polygon's area is zero");
   expect(text("{ type = 'polygon', vertices = [[0, 0], [1, 1], [1, 0], [0, 1]] }"), "the polygon crosses or touches itself");

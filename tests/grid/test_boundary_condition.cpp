@@ -1,4 +1,4 @@
-// Boundary conditions, periodic sides, obstacles, the mass cutoff, and particles that leave the grid.
+// Boundary conditions, obstacles, the mass cutoff, and particles that leave the grid.
 #include "support/solver_case.hpp"
 
 namespace matpoint::test {
@@ -112,56 +112,6 @@ TEST(Boundaries, region_without_a_node_is_refused) {
     FAIL() << "should have thrown";
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("boundary 1: its region contains no node of the grid"), std::string::npos) << error.what();
-  }
-}
-
-/// A spinning, vibrating block, shifted by `shift`, in a fully periodic box of side 1.
-Case periodic_case(int dim, StressOrder order, const Vec3& shift) {
-  Case problem = make_case(dim, {0, 0, 0}, {1, 1, dim == 3 ? 1.0 : 0.0}, {8, 8, 8});
-  problem.grid.cells.resize(static_cast<std::size_t>(dim));
-  problem.grid.periodic = {"x", "y"};
-  if (dim == 3) problem.grid.periodic.push_back("z");
-  problem.solver.stress_order = order;
-  problem.solver.damping = 0.5;
-  problem.solver.flip = 0.98;
-  Seeds seeds = jittered(lattice(dim, {0.3, 0.3, 0.3}, {0.7, 0.7, 0.7}, {7, 7, 7}), dim, 0.01);
-  const Real middle[3] = {0.5 + shift[0], 0.5 + shift[1], 0.5 + shift[2]};
-  for (Vec3& x : seeds.position) {
-    for (std::size_t d = 0; d < static_cast<std::size_t>(dim); ++d) x[d] += shift[d] - (x[d] + shift[d] >= 1 ? 1 : 0);
-  }
-  const auto offset = [=](Real x, std::size_t d) { return x - middle[d] - std::round(x - middle[d]); };
-  problem.bodies.push_back(make_body("block", seeds, neo_hookean(1e3, 0.3, 1000), [=](const Vec3& x) {
-    return Vec3{0.8 - offset(x[1], 1), 0.6 + offset(x[0], 0), dim == 3 ? 0.4 + 0.3 * offset(x[0], 0) : 0};
-  }));
-  problem.time.dt = 2e-3;
-  problem.time.end = 0.4;
-  return problem;
-}
-
-TEST(Periodic, body_across_a_periodic_side_moves_as_the_same_body_elsewhere) {
-  for (const int dim : {2, 3}) {
-    for (const StressOrder order : k_orders) {
-      Simulation inside(periodic_case(dim, order, {0, 0, 0}));
-      Simulation across(periodic_case(dim, order, {0.5, 0.5, dim == 3 ? 0.5 : 0}));  // four cells: on the corner at the start
-      inside.run();
-      across.run();
-      const std::vector<Real> a = inside.solver().field(0, "position").values;
-      const std::vector<Real> b = across.solver().field(0, "position").values;
-      Real worst = 0;
-      for (std::size_t k = 0; k < a.size(); ++k) {
-        const Real difference = b[k] - a[k] - 0.5;
-        worst = std::max(worst, std::abs(difference - std::round(difference)));
-        EXPECT_GE(b[k], 0);
-        EXPECT_LE(b[k], 1);
-      }
-      // Coordinates of another size round differently: 200 steps of some eps.
-      EXPECT_LT(worst, 200 * 100 * k_epsilon) << dim << " " << order_name(order);
-      EXPECT_LT(greatest_difference(inside.solver().field(0, "velocity").values, across.solver().field(0, "velocity").values),
-                200 * 100 * k_epsilon);
-      EXPECT_NEAR(inside.solver().ledger().damping_dissipation, across.solver().ledger().damping_dissipation,
-                  1e-11 * inside.solver().ledger().damping_dissipation);
-      EXPECT_LT(momentum_remainder(across), 200 * 10 * k_epsilon * momentum_scale(across.solver()));
-    }
   }
 }
 

@@ -265,6 +265,42 @@ def test_a_law_in_python_remembers_its_history():
     np.testing.assert_allclose(last[:, 1], 19e-3, rtol=1e-12)
 
 
+@pytest.mark.parametrize("precision", ["double", "single"])
+def test_what_a_law_in_python_remembers_is_a_field_by_its_name(precision, tmp_path):
+    # A rubber that breaks for good where it was stretched: the last two numbers have names, the first has none.
+    def rubber(F, L, dt, history):
+        stretch = np.linalg.norm(F, axis=(1, 2))
+        greatest = np.maximum(history[:, 1], stretch)
+        damage = np.clip((greatest - np.sqrt(3)) / 0.5, 0, 0.9)
+        tau = 1e4 * (1 - damage)[:, None, None] * (F @ F.transpose(0, 2, 1) - np.eye(3))
+        return tau, np.stack([history[:, 0] + 1, greatest, damage], axis=1)
+
+    case = block(boundary=mp.Boundary(side="bottom", kind="fixed"), solver=mp.Solver(precision=precision))
+    case.body[0].velocity = mp.UniformVelocity(value=[0.0, -3.0])
+    case.body[0].material = mp.FunctionLaw(rubber, density=1000, wave_speed=10.0, history=["greatest", "damage"], history_size=3)
+    simulation = case.build()
+    simulation.run(out=tmp_path / "out")
+    body = simulation.bodies["block"]
+    damage, greatest = body.field("damage"), body.field("greatest")
+    assert damage.max() > 0.01 and len(np.unique(damage)) > 10
+    digits = 1e-12 if precision == "double" else 1e-6
+    np.testing.assert_allclose(damage, np.clip((greatest - np.sqrt(3)) / 0.5, 0, 0.9), atol=digits)
+    np.testing.assert_allclose(
+        mp.Results(tmp_path / "out").bodies["block"].field("damage", len(simulation.history["time"]) - 1), damage, atol=1e-7
+    )
+
+    for names, message in (
+        (["velocity"], "has the name of another field of particles"),
+        (["a b"], 'has the name "a b"; names are letters'),
+        (["a", "a"], 'has the name "a" twice'),
+        (["a", "b", "c", "d"], "has 4 names for 3 numbers"),
+    ):
+        case.body[0].material = mp.FunctionLaw(rubber, density=1000, wave_speed=10.0, history=names, history_size=3)
+        with pytest.raises(mp.InputError, match=message):
+            case.build()
+    assert mp.FunctionLaw(rubber, density=1000, wave_speed=10.0, history="damage").history_size == 1
+
+
 def test_errors_of_a_law_in_python_arrive_unchanged():
     def fails(F):
         raise ZeroDivisionError("in the law")

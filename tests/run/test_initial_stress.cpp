@@ -2,6 +2,7 @@
 #include "case/case_file.hpp"
 #include "support/from_toml.hpp"
 #include "support/solver_case.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace matpoint::test {
 namespace {
@@ -127,6 +128,97 @@ kind = "slip"
   Real sunk = 0;
   for (const Real u : without.solver().node_field(0, "displacement").values) sunk = std::max(sunk, std::abs(u));
   EXPECT_GT(sunk, 1e-5) << "a surcharge that nothing presses with";
+}
+
+TEST(InitialStress, a_table_gives_each_particle_the_stress_of_the_nearest_point) {
+  const TemporaryFolder folder;
+  // At the particles' places that of the layers, in no order, with a column more.
+  const Simulation layers(read(k_layers));
+  const std::vector<Real> x = layers.solver().field(0, "position").values, stress = layers.solver().field(0, "stress").values;
+  std::vector<std::size_t> order(x.size() / 2);
+  for (std::size_t k = 0; k < order.size(); ++k) order[k] = k * 7 % order.size();
+  std::ofstream file(folder.path() / "stress.csv");
+  file << "yy, \"xx\",x,y,point,zz,xy\r\n";
+  std::string positions, stresses;
+  for (const std::size_t p : order) {
+    const Real* const s = stress.data() + 6 * p;
+    file << fmt::format("{},{},{},{},{},{},{}\n", s[1], s[0], x[2 * p] + 0.01, x[2 * p + 1] - 0.01, p, s[2], s[3]);
+    positions += fmt::format("[{}, {}], ", x[2 * p] + 0.01, x[2 * p + 1] - 0.01);
+    stresses += fmt::format("[{}, {}, {}, {}], ", s[0], s[1], s[2], s[3]);
+  }
+  file.close();
+  const std::string inline_table = fmt::format("{{ type = \"table\", positions = [{}], stresses = [{}] }}", positions, stresses);
+  const std::string from_file = fmt::format("{{ type = \"table\", file = \"{}\" }}", (folder.path() / "stress.csv").string());
+  for (const std::string& table : {inline_table, from_file}) {
+    const Case problem = read(k_layers, {"body.lower.initial_stress=" + table});
+    Simulation sim(problem);
+    EXPECT_LT(greatest_difference(sim.solver().field(0, "stress").values, stress), 1e-10 * 5e4);
+    // What the file said goes with the case.
+    if (table == from_file) std::filesystem::remove(folder.path() / "stress.csv");
+    Simulation again(Case::from_input(parse_toml(write_toml(problem.to_input()), "again.toml"), "case"));
+    EXPECT_EQ(again.solver().field(0, "stress").values, sim.solver().field(0, "stress").values);
+  }
+}
+
+TEST(InitialStress, the_nearest_point_is_found_in_3D_too) {
+  const std::string text = R"(
+dim = 3
+[grid]
+upper = [1, 1, 1]
+cells = [3, 3, 3]
+[time]
+end = 0.1
+[[body]]
+name = "rock"
+region = { type = "box", lower = [0, 0, 0], upper = [1, 1, 1] }
+layout = { type = "per_cell", count = 8 }
+material = { type = "j2", density = 2000, youngs_modulus = 1e9, poissons_ratio = 0.3, yield_stress = 1e6 }
+)";
+  std::vector<Vec3> points;
+  std::string positions, stresses;
+  for (int k = 0; k < 60; ++k) {
+    points.push_back({std::fmod(0.37 * k, 1), std::fmod(0.61 * k, 1), std::fmod(0.83 * k, 1)});
+    positions += fmt::format("[{}, {}, {}], ", points.back()[0], points.back()[1], points.back()[2]);
+    stresses += fmt::format("[{}, 0, 0, 0, 0, 0], ", -10 * k);
+  }
+  const Simulation sim(
+      read(text, {fmt::format("body.rock.initial_stress={{ type = \"table\", positions = [{}], stresses = [{}] }}", positions, stresses)}));
+  const std::vector<Real> x = sim.solver().field(0, "position").values, stress = sim.solver().field(0, "stress").values;
+  for (std::size_t p = 0; 3 * p < x.size(); ++p) {
+    const auto distance = [&](const Vec3& point) {
+      return std::hypot(point[0] - x[3 * p], point[1] - x[3 * p + 1], point[2] - x[3 * p + 2]);
+    };
+    const auto nearest =
+        std::min_element(points.begin(), points.end(), [&](const Vec3& a, const Vec3& b) { return distance(a) < distance(b); });
+    EXPECT_NEAR(stress[6 * p], -10.0 * static_cast<Real>(nearest - points.begin()), 1e-6);
+  }
+}
+
+TEST(InitialStress, a_table_that_cannot_be_read_is_refused_with_the_place) {
+  const TemporaryFolder folder;
+  const std::string path = (folder.path() / "stress.csv").string();
+  const auto with = [&](const std::string& content) {
+    std::ofstream(path) << content;
+    return complaint({fmt::format("body.lower.initial_stress={{ type = \"table\", file = \"{}\" }}", path)});
+  };
+  EXPECT_NE(with("x,y,xx,yy,zz\n0,0,1,2,3\n").find("stress.csv:1: has no column \"xy\"; its first line must name x, y, xx, yy, zz, xy"),
+            std::string::npos);
+  EXPECT_NE(with("x,y,xx,yy,zz,xy\n0,0,1,2,3,4\n\n0,0,1,2,3\n").find("stress.csv:4: has 5 values; the first line names 6"),
+            std::string::npos);
+  EXPECT_NE(with("x,y,xx,yy,zz,xy\n0,0,1,2,3,four\n").find("stress.csv:2: xy = \"four\" is not a finite number"), std::string::npos);
+  EXPECT_NE(with("x,y,xx,yy,zz,xy\n0,0,1,2,3,nan\n").find("is not a finite number"), std::string::npos);
+  EXPECT_NE(with("x,y,xx,yy,zz,xy\n").find("has no rows"), std::string::npos);
+  EXPECT_NE(with("").find("has no column \"x\""), std::string::npos);
+  EXPECT_NE(complaint({"body.lower.initial_stress={ type = \"table\", file = \"no.csv\" }"}).find("cannot read \"no.csv\": No such file"),
+            std::string::npos);
+  EXPECT_NE(complaint({"body.lower.initial_stress={ type = \"table\", file = \"/\" }"}).find("\"/\" is no file"), std::string::npos);
+  EXPECT_NE(complaint({"body.lower.initial_stress={ type = \"table\" }"}).find("has no points"), std::string::npos);
+  EXPECT_NE(
+      complaint({"body.lower.initial_stress={ type = \"table\", positions = [[0, 0]] }"}).find("positions has 1 entries and stresses 0"),
+      std::string::npos);
+  EXPECT_NE(complaint({"body.lower.initial_stress={ type = \"table\", positions = [[0, 0]], stresses = [[1, 2]] }"})
+                .find("stresses: 2 numbers; give 4: xx yy zz xy"),
+            std::string::npos);
 }
 
 TEST(InitialStress, what_cannot_be_is_refused_with_what_can) {
