@@ -85,8 +85,8 @@ class FunctionLaw:
         density: Reference density [kg/m^3], > 0.
         wave_speed: An upper bound of the speed of pressure waves [m/s], > 0, for the stable time step.
         kinematic_viscosity: An upper bound [m^2/s], >= 0, for the stable time step.
-        history: Names of the numbers per point that the law remembers, zero at the start, e.g. ("damage",): fields of the body, in files and
-            as `body.field("damage")`. Units are 1 for all of them.
+        history: Names of the numbers per point that the law remembers, zero at the start, e.g. ("damage",): fields of the body, in
+            files and as `body.field("damage")`, with the unit 1.
         history_size: How many numbers it remembers, where they need no names.
 
     Raises:

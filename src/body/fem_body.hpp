@@ -53,7 +53,7 @@ class FemBody {
 
  private:
   BodyCells make_cells() const;
-  Field extended_to_nodes(const Field& at_points) const;
+  Field extended_to_nodes(const Field& at_points, bool is_bounded = false) const;
 
   PointBody<Dim> points_;
   std::vector<Index> cells_;

@@ -59,15 +59,16 @@ BodyCells FemBody<Dim>::make_cells() const {
 template <int Dim>
 std::vector<std::string> FemBody<Dim>::node_field_names() const {
   std::vector<std::string> names = {"position", "displacement"};
-  for (const std::string& name : particle_field_names()) {
+  for (const std::string& name : particle_field_names(points_.material())) {
     if (name != "position" && name != "id" && name != "mass" && name != "volume") names.push_back(name);
   }
   return names;
 }
 
-/// In each cell the field that is a parabola in each direction through its Gauss points; at nodes of several cells their mean.
+/// In each cell the field that is a parabola in each direction through its Gauss points, or, where it is `bounded`, what of it is in their
+/// range; at nodes of several cells their mean.
 template <int Dim>
-Field FemBody<Dim>::extended_to_nodes(const Field& at_points) const {
+Field FemBody<Dim>::extended_to_nodes(const Field& at_points, bool is_bounded) const {
   constexpr std::size_t k_points = whole_power(3, Dim);
   const auto components = static_cast<std::size_t>(at_points.components);
   const auto functions = static_cast<std::size_t>(functions_);
@@ -90,9 +91,15 @@ Field FemBody<Dim>::extended_to_nodes(const Field& at_points) const {
     for (std::size_t local = 0; local < functions; ++local) {
       const auto row = static_cast<std::size_t>(cell_rows_[c * functions + local]);
       ++count[row];
-      for (std::size_t q = 0; q < k_points; ++q) {
-        for (std::size_t k = 0; k < components; ++k)
-          field.values[row * components + k] += share[local * k_points + q] * at_points.values[(c * k_points + q) * components + k];
+      for (std::size_t k = 0; k < components; ++k) {
+        Real value = 0, least = std::numeric_limits<Real>::infinity(), most = -least;
+        for (std::size_t q = 0; q < k_points; ++q) {
+          const Real at_point = at_points.values[(c * k_points + q) * components + k];
+          value += share[local * k_points + q] * at_point;
+          least = std::min(least, at_point);
+          most = std::max(most, at_point);
+        }
+        field.values[row * components + k] += is_bounded ? std::clamp(value, least, most) : value;
       }
     }
   }
@@ -134,7 +141,11 @@ Field FemBody<Dim>::node_field(const std::string& name, std::size_t body) const 
     throw InputError("body \"{}\" has no field \"{}\" at its nodes, it has {}{}", points_.name(), name, list_names(names),
                      did_you_mean(name, names));
   }
-  return extended_to_nodes(points_.field(name, body));
+  // What a law remembers may have bounds, as a damage has, that a parabola does not know.
+  const std::vector<InternalVariable> remembered = points_.material().internal_variables();
+  const bool is_remembered =
+      std::any_of(remembered.begin(), remembered.end(), [&](const InternalVariable& one) { return one.name == name; });
+  return extended_to_nodes(points_.field(name, body), is_remembered);
 }
 
 template class FemBody<2>;

@@ -9,7 +9,7 @@ namespace {
 
 constexpr int k_halvings_max = 12;
 // In a second search: more of them are not worth their time, a shorter step is.
-constexpr int k_second_halvings_max = 4;
+constexpr int k_second_halvings_max = 6;
 // Residuals that small, in shares of the forces, go up and down by rounding.
 constexpr Real k_rounding = 1e-12;
 // Where a node sees hardly any mass, rounding of the residual moves it for ever; a residual below this that no longer falls has converged.

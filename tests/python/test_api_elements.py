@@ -50,6 +50,32 @@ def test_nodes_and_cells_of_a_body_of_elements(order, nodes, per_cell):
     assert body.node_field("von_mises").min() >= 0
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("order", [1, 2])
+def test_what_a_law_remembers_is_at_the_nodes_too(dim, order, tmp_path):
+    # A block of metal that is bent beyond its yield stress by its own weight, at its clamp only.
+    metal = mp.J2(density=1000, youngs_modulus=1e6, poissons_ratio=0.3, yield_stress=1.2e4, hardening_modulus=1e5)
+    simulation = mp.Case(
+        "metal",
+        dim=dim,
+        gravity=(0, -9.81, 0)[:dim],
+        grid=mp.Grid(upper=(1, 0.5, 0.25)[:dim], cells=(8, 4, 2)[:dim]),
+        time=mp.Time(end=1, dt=0.25),
+        solver=mp.Solver(type="implicit", mode="static", basis="element", element_order=order),
+        body=mp.Body(name="beam", method="elements", region=mp.Box(lower=(0, 0, 0)[:dim], upper=(1, 0.25, 0.25)[:dim]), material=metal),
+        boundary=mp.Boundary(side="left", kind="fixed"),
+    ).build()
+    simulation.run(out=tmp_path / "out")
+    body = simulation.bodies["beam"]
+    at_points, at_nodes = np.asarray(body.field("plastic_strain")), np.asarray(body.node_field("plastic_strain"))
+    assert at_points.max() > 1e-3 and (at_points == 0).sum() > len(at_points) / 2
+    # Never below what no point has, and as large at the clamp, whose points are nearest.
+    assert at_nodes.min() == 0 and 0.3 * at_points.max() < at_nodes.max() <= at_points.max()
+    assert body.node_field("position")[np.argmax(at_nodes), 0] < 0.13
+    written = mp.Results(tmp_path / "out").bodies["beam"]
+    np.testing.assert_allclose(written.field("plastic_strain", -1), at_nodes, rtol=1e-6, atol=1e-12)
+
+
 def test_areas_of_the_cells_are_those_of_the_body():
     body = beam().bodies["beam"]
     x = body.node_field("position")
