@@ -200,6 +200,7 @@ class ParticleBody final : public Body<Dim> {
   Real volume0(const Particle& p) const;
   Material::Matrix deformation_gradient(const Particle& p) const;
   PointHistory history(const Particle& p) const;
+  Real remembered(const Particle& p, int place) const { return p.field(blocks_->layout().history + place); }
   Real J(const Particle& p) const;
   std::array<Real, 6> cauchy_stress(const Particle& p) const;
   Material::Matrix affine_velocity(const Particle& p) const;

@@ -97,7 +97,7 @@ WantedFields prepare_fields(const std::string& body, const Material& material, i
                             const std::vector<std::string>& names, int vector_size, Index count, std::vector<Field>& fields);
 
 /// The named fields, in one pass: a pass for each would go through all particles, and evaluate their law, once more. `of` has the accessors
-/// position(p), velocity(p), displacement(p), cauchy_stress(p), deformation_gradient(p), history(p), id(p), volume0(p) and
+/// position(p), velocity(p), displacement(p), cauchy_stress(p), deformation_gradient(p), remembered(p, place), id(p), volume0(p) and
 /// affine_velocity(p);
 /// for_each(needs_stress, f) calls f(p, row) for all particles.
 template <class Of, class ForEach>
@@ -109,7 +109,7 @@ void gather_fields(const Of& of, const WantedFields& wanted, Real density, std::
     const std::array<Real, 6> sigma = wanted.needs_stress ? of.cauchy_stress(p) : std::array<Real, 6>{};
     for (std::size_t i = 0; i < wanted.kinds.size(); ++i) {
       if (wanted.history_places[i] >= 0) {
-        fields[i].values[row] = wanted.at_rest[i] + of.history(p)[static_cast<std::size_t>(wanted.history_places[i])];
+        fields[i].values[row] = wanted.at_rest[i] + of.remembered(p, wanted.history_places[i]);
         continue;
       }
       const int components = fields[i].components;

@@ -29,7 +29,10 @@ struct PointBody<Dim>::Rows {
   std::array<Real, 6> cauchy_stress(std::size_t p) const { return body.row_cauchy_stress(p); }
   Material::Matrix deformation_gradient(std::size_t p) const { return body.row_deformation_gradient(p); }
   Material::Matrix affine_velocity(std::size_t) const { return {}; }
-  PointHistory history(std::size_t p) const { return body.row_history(p); }
+  Real remembered(std::size_t p, int place) const {
+    const auto count = static_cast<std::size_t>(body.material_->history_size(Dim));
+    return body.history[p * count + static_cast<std::size_t>(place)];
+  }
   Index id(std::size_t p) const { return body.id[p]; }
   Real volume0(std::size_t p) const { return body.volume0[p]; }
 };

@@ -56,7 +56,7 @@ void SolverSpec::declare(ParameterTable<SolverSpec>& table) {
       "Shape functions of the grid: linear, quadratic or cubic B-splines that are clamped at the sides, or linear averaged over the "
       "particles' domains, which keep their shape (gimp: uGIMP) or deform with the particles (cpdi). Where none is given: linear with "
       "output.grid or contact = \"multi_field\", else bspline2 where something flows (fluids, soils, grains, muds), else "
-      "gimp.");
+      "gimp, and gimp with periodic sides.");
   table.choice(
       "transfer", &SolverSpec::transfer,
       {{"flip", Transfer::flip}, {"pic", Transfer::pic}, {"apic", Transfer::apic}, {"tpic", Transfer::tpic}, {"fmpm", Transfer::fmpm}},

@@ -58,8 +58,9 @@ struct GranularLaw : PartingLaw<Law> {
                    "what residual_friction_angle allows.");
     table.optional("softening_slip", "m", static_cast<std::optional<Real> Law::*>(&Law::softening_slip), positive(),
                    "Slip across a band of one cell after which strength is residual.");
-    table.optional("length", "m", static_cast<std::optional<Real> Law::*>(&Law::length), positive(),
-                   "Width of the band where strength softens; default: the cell size.");
+    table.optional(
+        "length", "m", static_cast<std::optional<Real> Law::*>(&Law::length), positive(),
+        "Width of the band where strength softens; default: the cell size, on B-splines three times that with `apic`, twice with `tpic`.");
   }
   void check(const Input& input, const ReadContext& context) {
     if (dilatancy_angle > friction_angle) {

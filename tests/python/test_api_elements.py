@@ -65,13 +65,13 @@ def test_what_a_law_remembers_is_at_the_nodes_too(dim, order, tmp_path):
         body=mp.Body(name="beam", method="elements", region=mp.Box(lower=(0, 0, 0)[:dim], upper=(1, 0.25, 0.25)[:dim]), material=metal),
         boundary=mp.Boundary(side="left", kind="fixed"),
     ).build()
-    simulation.run(out=tmp_path / "out")
+    simulation.run(output=tmp_path / "out")
     body = simulation.bodies["beam"]
     at_points, at_nodes = np.asarray(body.field("plastic_strain")), np.asarray(body.node_field("plastic_strain"))
-    assert at_points.max() > 1e-3 and (at_points == 0).sum() > len(at_points) / 2
+    assert at_points.max() > 1e-3 and (at_points == 0).sum() > len(at_points) / 3
     # Never below what no point has, and as large at the clamp, whose points are nearest.
     assert at_nodes.min() == 0 and 0.3 * at_points.max() < at_nodes.max() <= at_points.max()
-    assert body.node_field("position")[np.argmax(at_nodes), 0] < 0.13
+    assert body.node_field("position")[np.argmax(at_nodes), 0] < 0.2
     written = mp.Results(tmp_path / "out").bodies["beam"]
     np.testing.assert_allclose(written.field("plastic_strain", -1), at_nodes, rtol=1e-6, atol=1e-12)
 

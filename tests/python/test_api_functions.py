@@ -279,7 +279,7 @@ def test_what_a_law_in_python_remembers_is_a_field_by_its_name(precision, tmp_pa
     case.body[0].velocity = mp.UniformVelocity(value=[0.0, -3.0])
     case.body[0].material = mp.FunctionLaw(rubber, density=1000, wave_speed=10.0, history=["greatest", "damage"], history_size=3)
     simulation = case.build()
-    simulation.run(out=tmp_path / "out")
+    simulation.run(output=tmp_path / "out")
     body = simulation.bodies["block"]
     damage, greatest = body.field("damage"), body.field("greatest")
     assert damage.max() > 0.01 and len(np.unique(damage)) > 10
