@@ -189,7 +189,7 @@ void BoundarySpec::declare(ParameterTable<BoundarySpec>& table) {
         return Input::real(boundary.friction);
       });
   table.custom(
-      {"contact_by", "1", "string", "particles; nodes with friction", "\"nodes\" or \"particles\"",
+      {"contact_by", "1", "string", "particles; nodes with friction in time", "\"nodes\" or \"particles\"",
        "What of a body touches a side with contact in the implicit solver: nodes of B-splines, up to a cell before the side, or the "
        "surfaces of its particles.",
        false},

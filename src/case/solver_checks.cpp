@@ -222,8 +222,10 @@ void check_implicit_boundaries(const Case& problem) {
           "contact_by = \"nodes\" goes by the signs of reactions at nodes, which mean nothing on elements; use \"particles\", basis = "
           "\"bspline\", or receding_correction");
     }
-    if (boundary.contact != FaceContact::stick && problem.implicit.mode == ImplicitMode::quasi_static) {
-      fail_case(place, where, "contact is for mode = \"dynamic\" only: a body that is let go is held by its inertia");
+    if (by_nodes && problem.implicit.mode == ImplicitMode::quasi_static) {
+      fail_case(
+          place, where,
+          "contact_by = \"nodes\" is for mode = \"dynamic\" only, where a node that is let go is held by its inertia; use \"particles\"");
     }
     const std::string& linear_solver = problem.implicit.linear_solver;
     if (boundary.friction > 0 && (linear_solver == "ldlt" || linear_solver == "cholmod" || linear_solver == "cg")) {
@@ -352,6 +354,10 @@ void choose_lengths(Case& problem) {
 void choose_scheme(Case& problem, const Input& input) {
   if (problem.is_implicit()) {
     choose_lengths(problem);
+    for (BoundarySpec& boundary : problem.boundaries) {
+      if (problem.implicit.mode == ImplicitMode::quasi_static && boundary.contact != FaceContact::stick && !boundary.contact_by)
+        boundary.contact_by = ContactBy::particles;
+    }
     // From here on B-splines and elements lock: a cantilever with nu = 0.49 sinks by 3 % too little, with 0.499 by 6 %.
     constexpr Real k_nearly_incompressible = 0.45 - 1e-4;  // moduli by differences
     for (BodySpec& body : problem.bodies) {

@@ -232,24 +232,33 @@ void ImplicitSolver<Dim>::check_support() const {
   }
   const Real length = *std::max_element(size.begin(), size.end());
   const std::vector<int> parts = parts_of_nodes(space_);
-  for (std::size_t n = 0; n < space_.nodes().size(); ++n) {
-    const Vec<Dim> position = basis_->node_position(space_.nodes()[n]);
+  // A component of a point that is held.
+  const auto hold = [&](int part, const Vec<Dim>& position, int component) {
     Vec3 x{};
     for (std::size_t d = 0; d < Dim; ++d) x[d] = (position[d] - center[d]) / length;
-    Motions& seen = seen_by_part.try_emplace(parts[n], Motions::Zero()).first->second;
+    Eigen::Matrix<Real, k_motions, 1> row = Eigen::Matrix<Real, k_motions, 1>::Zero();
+    row[component] = 1;
+    // Rotation about the axis r moves the point by e_r x (x - center).
+    for (int r = 0; r < k_motions - Dim; ++r) {
+      const int axis = Dim == 2 ? 2 : r;
+      const int next = (axis + 1) % 3;
+      const int after = (axis + 2) % 3;
+      if (component == next) row[Dim + r] = -x[static_cast<std::size_t>(after)];
+      if (component == after) row[Dim + r] = x[static_cast<std::size_t>(next)];
+    }
+    seen_by_part.at(part) += row * row.transpose();
+  };
+  for (std::size_t n = 0; n < space_.nodes().size(); ++n) {
+    seen_by_part.try_emplace(parts[n], Motions::Zero());
     for (int component = 0; component < Dim; ++component) {
-      if (space_.unknown(static_cast<Index>(n), component) >= 0) continue;
-      Eigen::Matrix<Real, k_motions, 1> row = Eigen::Matrix<Real, k_motions, 1>::Zero();
-      row[component] = 1;
-      // Rotation about the axis r moves the point by e_r x (x - center).
-      for (int r = 0; r < k_motions - Dim; ++r) {
-        const int axis = Dim == 2 ? 2 : r;
-        const int next = (axis + 1) % 3;
-        const int after = (axis + 2) % 3;
-        if (component == next) row[Dim + r] = -x[static_cast<std::size_t>(after)];
-        if (component == after) row[Dim + r] = x[static_cast<std::size_t>(next)];
-      }
-      seen += row * row.transpose();
+      if (space_.unknown(static_cast<Index>(n), component) < 0) hold(parts[n], basis_->node_position(space_.nodes()[n]), component);
+    }
+  }
+  // What a side holds that lets go may hold, or not: then Newton's method says so.
+  for (const auto& support : sides_.supports()) {
+    for (int component = 0; component < Dim; ++component) {
+      if (component == static_cast<int>(support.axis) || support.holds_along)
+        hold(parts[static_cast<std::size_t>(space_.cell_nodes(support.cell)[0])], support.x, component);
     }
   }
   for (const auto& [part, seen] : seen_by_part) {
@@ -266,7 +275,10 @@ void ImplicitSolver<Dim>::check_support() const {
     throw InputError(
         "{}: nothing holds the body, it is free to {}{}, so mode = \"static\" has no solution; add a [[boundary]] on a side that the "
         "body touches, or use mode = \"dynamic\"",
-        place_of(case_.bodies[body]), motion, contact_.has_pairs() ? " (contact, which may end, does not hold)" : "");
+        place_of(case_.bodies[body]), motion,
+        contact_.has_pairs() ? " (contact, which may end, does not hold)"
+        : sides_.is_empty()  ? ""
+                             : " (a side that lets go holds what lies on it, half a particle's spacing away)");
   }
 }
 

@@ -14,11 +14,14 @@ namespace {
 constexpr Real k_stiffness = 10;
 // Of d_p: as good as on the side.
 constexpr Real k_least = 1e-6;
+// The same: a depth that is none, and yet presses.
+constexpr Real k_touching = 1e-12;
 
 }  // namespace
 
 template <int Dim>
-SideContact<Dim>::SideContact(const Case& problem, const StepSpace<Dim>& space) : space_(space) {
+SideContact<Dim>::SideContact(const Case& problem, const StepSpace<Dim>& space)
+    : space_(space), is_static_(problem.implicit.mode == ImplicitMode::quasi_static) {
   for (std::size_t c = 0; c < problem.boundaries.size(); ++c) {
     const BoundarySpec& spec = problem.boundaries[c];
     if (!spec.touches_by_particles()) continue;
@@ -119,6 +122,8 @@ typename SideContact<Dim>::Touch SideContact<Dim>::touch(const Side& side, std::
   touch.depth = laid != side.laid[source].end() ? laid->second : 0.5 * spacing;
   touch.g0 = touch.depth - side.inward * (body.position[p][side.axis] - side.place);
   touch.g1 = touch.g0 - side.inward * (du[side.axis] - face[side.axis]);
+  // Without inertia a body that lies on a side has nothing else to hold it in the first iteration.
+  if (is_static_ && std::abs(touch.g1) < k_touching * touch.depth) touch.g1 = k_touching * touch.depth;
   if (!touch.presses()) return touch;
   const Real w = slope_ / spacing;
   touch.stiffness = body.volume0[p] * modulus_[source] * w * w;
@@ -293,6 +298,22 @@ std::vector<typename SideContact<Dim>::Action> SideContact<Dim>::actions(const s
     action.slip_work += dot(one.force, one.slip);
     if (side.friction > 0) action.slip_work -= 0.5 * dot(one.force, one.force) / one.stiffness;
   });
+  return all;
+}
+
+template <int Dim>
+std::vector<typename SideContact<Dim>::Support> SideContact<Dim>::supports() const {
+  std::vector<Support> all;
+  for (std::size_t cell = 0; cell < near_.size(); ++cell) {
+    const PointBody<Dim>& body = *space_.sources()[space_.source_of(cell)].points;
+    for (const std::size_t s : near_[cell]) {
+      for (Index k = space_.cell_begin(cell); k < space_.cell_end(cell); ++k) {
+        const Touch one = touch(sides_[s], cell, k, displacements_[static_cast<std::size_t>(sides_[s].condition)], false);
+        const auto p = static_cast<std::size_t>(space_.particles()[static_cast<std::size_t>(k)]);
+        if (one.presses()) all.push_back({cell, body.position[p], sides_[s].axis, sides_[s].friction > 0});
+      }
+    }
+  }
   return all;
 }
 

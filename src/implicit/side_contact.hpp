@@ -55,6 +55,14 @@ class SideContact {
     Real slip_work = 0;  ///< Taken by friction [J].
   };
   std::vector<Action> actions(const std::vector<Real>& u, bool is_dynamic) const;
+  /// A particle that lies on a side, which may hold it.
+  struct Support {
+    std::size_t cell;  ///< Among the space's.
+    Vec<Dim> x;        ///< [m]
+    std::size_t axis;
+    bool holds_along;  ///< Also across the axis.
+  };
+  std::vector<Support> supports() const;
   /// Ends the step.
   void commit(const std::vector<Real>& u, bool is_dynamic);
   /// After displacements.
@@ -114,6 +122,7 @@ class SideContact {
   std::vector<std::vector<std::size_t>> near_;  ///< By cell: numbers of the sides.
   bool is_near_ = false;
   bool is_first_ = true;
+  bool is_static_;
   Real energy_ = 0;
 };
 

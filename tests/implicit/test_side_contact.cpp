@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include "implicit/tangent_error.hpp"
+#include "support/from_toml.hpp"
 #include "support/solver_case.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -217,6 +218,138 @@ contact = "no_tension"
     EXPECT_NEAR(ram.impulse[0], block.momentum[0], 1e-9 * block.mass) << dt;
     EXPECT_LT(std::abs(transfer_loss(sim)), 1e-3 * ram.work) << dt;
   }
+}
+
+/// A block that lies on a side, under its weight towards it.
+std::string lying_block(int dim, const std::string& side, const std::string& boundary, const std::string& more = "") {
+  const BoundarySide at = side_of(side);
+  const auto axis = static_cast<std::size_t>(at.axis);
+  std::vector<Real> g(static_cast<std::size_t>(dim), 0), lower(g.size(), 0.3), upper(g.size(), 0.7);
+  g[axis] = at.is_upper ? 10 : -10;
+  (at.is_upper ? upper : lower)[axis] = at.is_upper ? 1 : 0;
+  return fmt::format(R"(
+dim = {}
+gravity = [{}]
+[grid]
+upper = [{}]
+cell_size = 0.1
+[time]
+end = 1
+dt = 0.25
+[solver]
+type = "implicit"
+mode = "static"
+{}
+[[body]]
+name = "body"
+region = {{ type = "box", lower = [{}], upper = [{}] }}
+layout = {{ type = "per_cell", count = {} }}
+material = {{ type = "neo_hookean", density = 1000, youngs_modulus = 1e6, poissons_ratio = 0 }}
+[[boundary]]
+name = "floor"
+side = "{}"
+{}
+)",
+                     dim, fmt::join(g, ", "), fmt::join(std::vector<Real>(g.size(), 1), ", "), more, fmt::join(lower, ", "),
+                     fmt::join(upper, ", "), dim == 3 ? 8 : 16, side, boundary);
+}
+
+TEST(StaticSideContact, a_block_lies_on_a_side_with_its_weight) {
+  for (const int dim : {2, 3}) {
+    for (const std::string side : {"bottom", "top", "left", "right", "front", "back"}) {
+      if (dim == 2 && (side == "front" || side == "back")) continue;
+      for (const std::string solver : {"", "basis = \"element\"\nelement_order = 1"}) {
+        for (const std::string boundary :
+             {"kind = \"fixed\"\ncontact = \"no_tension\"", "kind = \"fixed\"\ncontact = \"friction\"\nfriction = 0.3"}) {
+          const std::string name = fmt::format("{}d {} {} {}", dim, side, solver, boundary);
+          Simulation sim(read(lying_block(dim, side, boundary, solver)));
+          sim.run();
+          const auto axis = static_cast<std::size_t>(side_of(side).axis);
+          const Real up = side_of(side).is_upper ? -1 : 1;
+          const Real weight = 10 * sim.solver().totals(0).mass;
+          const Vec3 force = sim.solver().boundaries()[0].force;
+          for (std::size_t d = 0; d < static_cast<std::size_t>(dim); ++d)
+            EXPECT_NEAR(force[d], d == axis ? up * weight : 0, 1e-8 * weight) << name;
+          // In each row of cells the mean stress is the weight above; the force of the side enters over the first two.
+          const std::vector<Real> x = sim.solver().field(0, "position").values, stress = sim.solver().field(0, "stress").values;
+          const auto n = static_cast<std::size_t>(dim);
+          for (int row = 1; row < 7; ++row) {
+            Real sum = 0;
+            int count = 0;
+            for (std::size_t p = 0; n * p < x.size(); ++p) {
+              const Real height = up > 0 ? x[n * p + axis] : 1 - x[n * p + axis];
+              if (height < 0.1 * row || height > 0.1 * (row + 1)) continue;
+              sum += stress[6 * p + axis];
+              ++count;
+            }
+            EXPECT_NEAR(sum / count, -1e4 * (0.65 - 0.1 * row), (row == 1 ? 0.08 : row == 2 ? 0.03 : 0.01) * 7e3) << name << row;
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(StaticSideContact, what_is_lifted_off_leaves_the_side_without_a_pull) {
+  // The top is held and rises: the floor carries less and less, and then nothing.
+  const std::string top =
+      "[[boundary]]\nname = \"hook\"\nregion = { type = \"box\", lower = [0, 0.39], upper = [1, 1] }\nkind = \"velocity\"\nvelocity = [0, "
+      "2e-3]\n";
+  Simulation sim(
+      read(lying_block(2, "bottom", "kind = \"fixed\"\ncontact = \"no_tension\"", "basis = \"element\"\nelement_order = 1") + top));
+  const Real weight = 10 * sim.solver().totals(0).mass;
+  std::vector<Real> carried;
+  sim.add_callback([&](const Simulation& now) {
+    if (now.step_count() == 0) return true;
+    const Real load = now.time() * weight;  // statics bring it on
+    const std::vector<BoundaryTotals> boundaries = now.solver().boundaries();
+    EXPECT_NEAR(boundaries[0].force[1] + boundaries[1].force[1], load, 1e-8 * weight);
+    EXPECT_GE(boundaries[0].force[1], -1e-9 * weight);
+    carried.push_back(boundaries[0].force[1] / weight);
+    return true;
+  });
+  sim.run();
+  EXPECT_NEAR(carried.back(), 0, 1e-9) << "the block hangs";
+  EXPECT_GT(sim.solver().totals(0).lower[1], 0.0125) << "clear of the floor";
+}
+
+TEST(StaticSideContact, what_is_pushed_slides_with_coulombs_friction) {
+  for (const int dim : {2, 3}) {
+    const std::string glued = fmt::format(
+        "[[boundary]]\nname = \"press\"\nregion = {{ type = \"box\", lower = [{0}], upper = [{1}] }}\nkind = \"velocity\"\nvelocity = "
+        "[{2}]\n",
+        dim == 2 ? "0, 0.39" : "0, 0.39, 0", dim == 2 ? "1, 1" : "1, 1, 1", dim == 2 ? "0.02, -0.01" : "0.02, -0.01, 0");
+    Simulation sim(read(
+        lying_block(dim, "bottom", "kind = \"fixed\"\ncontact = \"friction\"\nfriction = 0.3", "basis = \"element\"\nelement_order = 1") +
+            glued,
+        {"time.dt=0.05", "solver.linear_solver=auto"}));
+    Real last = 0;
+    sim.add_callback([&](const Simulation& now) {
+      const Vec3 force = now.solver().boundaries()[0].force;
+      EXPECT_LE(std::abs(force[0]), 0.3 * force[1] * (1 + 1e-9) + 1e-9);
+      last = force[1] > 0 ? -force[0] / force[1] : 0;
+      return true;
+    });
+    sim.run();
+    EXPECT_NEAR(last, 0.3, 0.3e-3) << dim << "d: all of it slips";
+  }
+}
+
+TEST(StaticSideContact, what_nothing_holds_is_refused_with_what_would) {
+  const std::string no_tension = "kind = \"slip\"\ncontact = \"no_tension\"";
+  EXPECT_NE(complaint_of([&] { Simulation(read(lying_block(2, "bottom", no_tension))); }).find("free to move along x"), std::string::npos);
+  const std::string above = complaint_of([&] {
+    Simulation(read(lying_block(2, "bottom", "kind = \"fixed\"\ncontact = \"no_tension\""), {"body.body.region.lower=[0.3, 0.1]"}));
+  });
+  EXPECT_NE(above.find("a side that lets go holds what lies on it, half a particle's spacing away"), std::string::npos) << above;
+  EXPECT_NE(
+      complaint_of([&] {
+        Simulation(read(lying_block(2, "bottom", "kind = \"fixed\"\ncontact = \"friction\"\nfriction = 0.3\ncontact_by = \"nodes\"")));
+      }).find("contact_by = \"nodes\" is for mode = \"dynamic\" only"),
+      std::string::npos);
+  // Pulled away from a floor that lets go it has no place to stay.
+  Simulation sim(read(lying_block(2, "bottom", "kind = \"fixed\"\ncontact = \"no_tension\""), {"gravity=[0, 10]"}));
+  EXPECT_THROW(sim.run(), SolverError);
 }
 
 TEST(SideContact, a_particle_on_the_side_is_refused_by_name) {

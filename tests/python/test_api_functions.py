@@ -275,19 +275,17 @@ def test_what_a_law_in_python_remembers_is_a_field_by_its_name(precision, tmp_pa
         tau = 1e4 * (1 - damage)[:, None, None] * (F @ F.transpose(0, 2, 1) - np.eye(3))
         return tau, np.stack([history[:, 0] + 1, greatest, damage], axis=1)
 
-    case = block(boundary=mp.Boundary(side="bottom", kind="fixed"), solver=mp.Solver(precision=precision))
-    case.body[0].velocity = mp.UniformVelocity(value=[0.0, -3.0])
+    case = block(boundary=mp.Boundary(side="bottom", kind="fixed"), solver=mp.Solver(precision=precision), time=mp.Time(end=0.2))
+    case.body[0].velocity = mp.UniformVelocity(value=[0.0, -6.0])
     case.body[0].material = mp.FunctionLaw(rubber, density=1000, wave_speed=10.0, history=["greatest", "damage"], history_size=3)
     simulation = case.build()
     simulation.run(output=tmp_path / "out")
     body = simulation.bodies["block"]
     damage, greatest = body.field("damage"), body.field("greatest")
-    assert damage.max() > 0.01 and len(np.unique(damage)) > 10
+    assert damage.max() > 0.01 and (damage == 0).any() and len(np.unique(greatest)) > 5
     digits = 1e-12 if precision == "double" else 1e-6
     np.testing.assert_allclose(damage, np.clip((greatest - np.sqrt(3)) / 0.5, 0, 0.9), atol=digits)
-    np.testing.assert_allclose(
-        mp.Results(tmp_path / "out").bodies["block"].field("damage", len(simulation.history["time"]) - 1), damage, atol=1e-7
-    )
+    np.testing.assert_allclose(mp.Results(tmp_path / "out").bodies["block"].field("damage", -1), damage, atol=1e-7)
 
     for names, message in (
         (["velocity"], "has the name of another field of particles"),

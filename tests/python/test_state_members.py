@@ -164,7 +164,7 @@ UNDECLARED = {
     "PointBody": {GIVEN: "name_"},
     "ResultsFolder": {RUN: "existing_ lock_ watch_ taken_step_ fields_ state_ writing_"},
     "ResultsFolder::Writers": {GIVEN: "fields"},
-    "SideContact": {GIVEN: "modulus_ slope_", ANEW: "displacements_ near_ is_near_", REPORTS: "energy_"},
+    "SideContact": {GIVEN: "modulus_ slope_ is_static_", ANEW: "displacements_ near_ is_near_", REPORTS: "energy_"},
     "SideContact::Side": {GIVEN: "axis inward condition friction", ANEW: "shifts"},
     "Simulation": {GIVEN: "case_", REPORTS: "health_lines_", RUN: "callbacks_ history_callbacks_ is_changed_by_hand_ broken_"},
     "StepSpace": {
