@@ -95,7 +95,7 @@ struct GranularLaw : PartingLaw<Law> {
     const Real greatest = *softening_slip * law().softening_limit();
     if (*length >= greatest) {
       fail_input(input, context,
-                 fmt::format("length = {} stores more energy than softening takes (it would snap back); allowed: below {:.6g}: use smaller "
+                 fmt::format("length = {:.6g} stores more energy than softening takes (it would snap back); allowed: below {:.6g}: use smaller "
                              "cells or a longer softening_slip",
                              *length, greatest));
     }

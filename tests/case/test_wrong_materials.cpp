@@ -60,7 +60,7 @@ TEST(WrongMaterials, parameters_that_do_not_fit_together_are_refused_with_what_i
       {soil + ", softening_slip = 0.1 }", "softening_slip = 0.1 has nothing to soften"},
       // slip G/(c cos phi), without dilatancy
       {soil + ", residual_cohesion = 0, softening_slip = 1e-5 }",
-       "length = 0.1 stores more energy than softening takes (it would snap back); allowed: below 0.0444116"},
+       "length = 0.3 stores more energy than softening takes (it would snap back); allowed: below 0.0444116"},
       {cone + ", residual_cohesion = 0, softening_slip = 1e-5 }", "allowed: below 0.0444116: use smaller cells or a longer softening_slip"},
       {"{ type = \"snow\", hardening_limit = 0.5, " + k_elastic + " }", "hardening_limit = 0.5 is not allowed, it must be at least 1"},
       {"{ type = \"yeoh\", c1 = 1e4, c2 = -1e4, c3 = 10, " + rubber + " }", "allowed: c2 > -sqrt(3 c1 c3)"},
