@@ -579,5 +579,60 @@ TEST(StepRules, the_parabola_goes_through_its_three_points) {
   EXPECT_NEAR(dt(-0.16 - 1e-12), 0.005, 1e-12);
 }
 
+TEST(ImplicitSolver, a_bar_that_necks_is_found_without_shorter_steps) {
+  // Where the load falls full increments do not converge, in however short a step; halved ones do.
+  const std::string text = R"(
+[grid]
+upper = [6.413e-3, 26.667e-3]
+cells = [4, 12]
+corners = [[0, 0], [6.297566e-3, 0], [6.413e-3, 26.667e-3], [0, 26.667e-3]]
+[time]
+end = 1
+dt = 0.04
+[solver]
+type = "implicit"
+mode = "static"
+basis = "element"
+element_order = 1
+[[body]]
+name = "bar"
+method = "elements"
+fbar = true
+region = { type = "box", lower = [-1, -1], upper = [1, 1] }
+material = { type = "j2", density = 7850, youngs_modulus = 206.9e9, poissons_ratio = 0.29, yield_stress = 0.45e9, saturation_stress = 0.715e9, saturation_rate = 16.93, hardening_modulus = 0.12924e9 }
+[[boundary]]
+side = "top"
+kind = "velocity"
+velocity = [0, 5e-3]
+[[boundary]]
+side = "left"
+kind = "slip"
+[[boundary]]
+side = "bottom"
+kind = "slip"
+)";
+  // The load at the end and the greatest, by the search that asks every increment to reduce the residual.
+  std::vector<Real> last, greatest;
+  for (const std::vector<std::string>& sets : {std::vector<std::string>{}, {"solver.halving=residual"}}) {
+    Simulation sim(read(text, sets));
+    Real most = 0, cuts = 0, iterations = 0;
+    sim.add_callback([&](const Simulation& now) {
+      if (now.step_count() == 0) return true;
+      most = std::max(most, now.solver().boundaries()[0].force[1]);
+      cuts += number_of(now.solver(), "step_cuts");
+      iterations += number_of(now.solver(), "newton_iterations");
+      return true;
+    });
+    sim.run();
+    EXPECT_EQ(cuts, 0);
+    EXPECT_LT(iterations, 600);
+    last.push_back(sim.solver().boundaries()[0].force[1]);
+    greatest.push_back(most);
+  }
+  EXPECT_GT(greatest[0], 1.15 * last[0]) << "it should have necked";
+  EXPECT_NEAR(last[0], last[1], 1e-6 * last[1]);
+  EXPECT_NEAR(greatest[0], greatest[1], 1e-6 * greatest[1]);
+}
+
 }  // namespace
 }  // namespace matpoint::test
