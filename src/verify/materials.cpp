@@ -321,6 +321,7 @@ void add_materials(VerifySuite& suite) {
   add_waves(suite);
   add_necking(suite);
   add_grains(suite);
+  add_slopes(suite);
   add_flows(suite);
   add_states(suite);
 }

@@ -16,6 +16,8 @@ Real greatest(const Simulation& sim, std::size_t axis);
 /// Grains and muds (materials_flows.cpp).
 void add_grains(VerifySuite& suite);
 void add_flows(VerifySuite& suite);
+/// Ground that stands or slides (materials_slopes.cpp).
+void add_slopes(VerifySuite& suite);
 /// Metal (materials_necking.cpp).
 void add_necking(VerifySuite& suite);
 /// Gases, brittle solids and ground at rest (materials_states.cpp).
