@@ -14,8 +14,10 @@ namespace {
 constexpr Real k_stiffness = 10;
 // Of d_p: as good as on the side.
 constexpr Real k_least = 1e-6;
+// The same: gaps that are none, for statics have no way to close one. A round body's particles have not quite the size of their places.
+constexpr Real k_beside = 0.05;
 // The same: a depth that is none, and yet presses.
-constexpr Real k_touching = 1e-12;
+constexpr Real k_touching = 1e-9;
 
 }  // namespace
 
@@ -92,7 +94,8 @@ void SideContact<Dim>::lay() {
               "or use contact_by = \"nodes\"",
               body.name(), body.id[p], fmt::join(body.position[p], ", "));
         }
-        if (one.g0 > (is_first_ ? 0 : k_through * one.depth)) sides_[s].laid[source][body.id[p]] = one.depth - one.g0;
+        const Real nearest = !is_first_ ? k_through : is_static_ ? -k_beside : 0;
+        if (one.g0 > nearest * one.depth) sides_[s].laid[source][body.id[p]] = one.depth - one.g0;
       }
     }
   }

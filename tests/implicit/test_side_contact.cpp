@@ -290,6 +290,19 @@ TEST(StaticSideContact, a_block_lies_on_a_side_with_its_weight) {
   }
 }
 
+TEST(StaticSideContact, a_round_body_lies_on_a_side_whatever_the_cells) {
+  // Its particles have not quite the size of their places, so that the lowest are a little nearer to the side, or farther, than half of it.
+  for (const char* cell_size : {"0.1", "0.05", "0.04", "0.025"}) {
+    Simulation sim(read(lying_block(2, "bottom", "kind = \"fixed\"\ncontact = \"friction\"\nfriction = 0.3"),
+                        {fmt::format("grid.cell_size={}", cell_size),
+                         "body.body.region={ type = \"disk\", center = [0.5, 0.2], radius = 0.2 }", "time.dt=0.5"}));
+    sim.run();
+    const Real weight = 10 * sim.solver().totals(0).mass;
+    EXPECT_NEAR(sim.solver().boundaries()[0].force[1], weight, 1e-8 * weight) << cell_size;
+    EXPECT_NEAR(sim.solver().boundaries()[0].force[0], 0, 1e-8 * weight) << cell_size;
+  }
+}
+
 TEST(StaticSideContact, what_is_lifted_off_leaves_the_side_without_a_pull) {
   // The top is held and rises: the floor carries less and less, and then nothing.
   const std::string top =
