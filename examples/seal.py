@@ -1,5 +1,6 @@
 """A rubber seal in a groove is pressed by a lid: statics, with friction at all sides, which let go.
 
+Source: Johnson (1985), Contact Mechanics, eq. 5.57, for small loads; beyond, the balance of forces and Coulomb's law.
 Expected: the lid takes 9.5 kN per metre when it has come down by a fifth of the seal, and the wall that the seal leans on 3.0 kN.
 Runs in about 10 s. The same as a case file: `matpoint run seal`.
 """
@@ -13,6 +14,7 @@ def case() -> mp.Case:
     return mp.Case(
         "seal",
         title="A seal in its groove",
+        source="Johnson (1985), Contact Mechanics, eq. 5.57, for small loads",
         grid=mp.Grid(upper=(0.012, 0.01), cells=(24, 20)),
         time=mp.Time(end=1, dt=0.05),
         solver=mp.Solver(type="implicit", mode="static"),
