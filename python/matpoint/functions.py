@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from matpoint import _core
+from matpoint.errors import shown
 from matpoint.fields import Floats
 
 
@@ -75,6 +77,16 @@ class Where:
         return chosen
 
 
+def _number(name: str, value: object) -> float:
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
+        number = float("nan")
+    if isinstance(value, (str, bytes)) or not math.isfinite(number):
+        raise _core.InputError(f"function law: {name} = {shown(value)} is not allowed, it must be a finite number")
+    return number
+
+
 class FunctionLaw:
     """A constitutive law written in Python. It runs at Python's speed, a hundred times slower than a law of the core.
 
@@ -90,7 +102,8 @@ class FunctionLaw:
         history_size: How many numbers it remembers, where they need no names.
 
     Raises:
-        InputError: A number is not allowed (when the case is built), or the function gives another shape (when it runs).
+        InputError: What is given is no number, or no names; a number is not allowed (when the case is built), or the function gives another
+            shape (when it runs).
 
     The strain energy is unknown: it is 0 in the history, and the column transfer_loss holds it.
     """
@@ -106,11 +119,19 @@ class FunctionLaw:
         history_size: int | None = None,
     ) -> None:
         self.stress = stress
-        self.density = float(density)
-        self.wave_speed = float(wave_speed)
-        self.kinematic_viscosity = float(kinematic_viscosity)
-        self.history = (history,) if isinstance(history, str) else tuple(history)
-        self.history_size = len(self.history) if history_size is None else int(history_size)
+        self.density = _number("density", density)
+        self.wave_speed = _number("wave_speed", wave_speed)
+        self.kinematic_viscosity = _number("kinematic_viscosity", kinematic_viscosity)
+        names = (history,) if isinstance(history, str) else history
+        if not isinstance(names, (list, tuple)) or not all(isinstance(name, str) and name.isascii() for name in names):
+            raise _core.InputError(f'function law: history = {shown(history)} is not allowed, it must be names, e.g. ["damage"]')
+        self.history = tuple(names)
+        size = len(names) if history_size is None else _number("history_size", history_size)
+        if size != int(size):
+            raise _core.InputError(
+                f"function law: history_size = {shown(history_size)} is not allowed, it must be an integer from 0 to 1000"
+            )
+        self.history_size = int(size)
 
     def __repr__(self) -> str:
         return f"FunctionLaw({name_of(self.stress)}, density={self.density}, wave_speed={self.wave_speed})"

@@ -200,6 +200,10 @@ void TableStress::read_file(const Input& input, const ReadContext& context) {
   std::error_code none;
   if (std::filesystem::exists(path, none) && !std::filesystem::is_regular_file(path, none))
     fail_input(input, context, fmt::format("\"{}\" is no file", path.string()));
+  // Rows are short, and there may be 50,000 of them; a line without an end would fill the memory.
+  constexpr std::uintmax_t k_file_size_max = 64u << 20;
+  if (const std::uintmax_t size = std::filesystem::file_size(path, none); !none && size > k_file_size_max)
+    fail_input(input, context, fmt::format("\"{}\" has more than {} MB; thin the table out", path.string(), k_file_size_max >> 20));
   std::ifstream stream(path);
   if (!stream) fail_input(input, context, fmt::format("cannot read \"{}\": {}", path.string(), std::strerror(errno)));
   std::vector<std::string> wanted = axis_names(context.dim);
@@ -222,6 +226,7 @@ void TableStress::read_file(const Input& input, const ReadContext& context) {
   };
   std::string line;
   std::getline(stream, line);
+  if (line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);  // a mark of bytes' order, as spreadsheets write it
   const std::vector<std::string> head = cells_of(line);
   std::vector<std::size_t> columns;
   for (const std::string& column : wanted) {

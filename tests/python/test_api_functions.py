@@ -297,6 +297,9 @@ def test_what_a_law_in_python_remembers_is_a_field_by_its_name(precision, tmp_pa
         with pytest.raises(mp.InputError, match=message):
             case.build()
     assert mp.FunctionLaw(rubber, density=1000, wave_speed=10.0, history="damage").history_size == 1
+    for wrong in ({"history": 5}, {"history": [1]}, {"history_size": "x"}, {"history_size": 2.5}, {"density": "x"}, {"wave_speed": None}):
+        with pytest.raises(mp.InputError, match=f"function law: {next(iter(wrong))} = .* is not allowed, it must be "):
+            mp.FunctionLaw(rubber, **{"density": 1000, "wave_speed": 10.0, **wrong})
 
 
 def test_errors_of_a_law_in_python_arrive_unchanged():

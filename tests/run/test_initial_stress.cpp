@@ -138,7 +138,8 @@ TEST(InitialStress, a_table_gives_each_particle_the_stress_of_the_nearest_point)
   std::vector<std::size_t> order(x.size() / 2);
   for (std::size_t k = 0; k < order.size(); ++k) order[k] = k * 7 % order.size();
   std::ofstream file(folder.path() / "stress.csv");
-  file << "yy, \"xx\",x,y,point,zz,xy\r\n";
+  file << "\xef\xbb\xbf"
+       << "yy, \"xx\",x,y,point,zz,xy\r\n";
   std::string positions, stresses;
   for (const std::size_t p : order) {
     const Real* const s = stress.data() + 6 * p;
@@ -208,6 +209,7 @@ TEST(InitialStress, a_table_that_cannot_be_read_is_refused_with_the_place) {
   EXPECT_NE(with("x,y,xx,yy,zz,xy\n0,0,1,2,3,four\n").find("stress.csv:2: xy = \"four\" is not a finite number"), std::string::npos);
   EXPECT_NE(with("x,y,xx,yy,zz,xy\n0,0,1,2,3,nan\n").find("is not a finite number"), std::string::npos);
   EXPECT_NE(with("x,y,xx,yy,zz,xy\n").find("has no rows"), std::string::npos);
+  EXPECT_NE(with(std::string(65 << 20, '1')).find("has more than 64 MB; thin the table out"), std::string::npos);
   EXPECT_NE(with("").find("has no column \"x\""), std::string::npos);
   EXPECT_NE(complaint({"body.lower.initial_stress={ type = \"table\", file = \"no.csv\" }"}).find("cannot read \"no.csv\": No such file"),
             std::string::npos);
