@@ -41,17 +41,19 @@ bool ParticleBody<Dim, R>::put_back(Outside& outside, const std::vector<ClosedSi
     const auto side =
         std::find_if(sides.begin(), sides.end(), [&](const ClosedSide& one) { return one.axis == d && one.is_upper == is_upper; });
     if (side == sides.end()) return false;
+    const Real velocity = side->velocity.at(outside.position)[s];
+    if (is_upper ? velocity > 0 : velocity < 0) return false;
     cell[s] = is_upper ? grid_.cells(d) - 1 : 0;
     fields[static_cast<std::size_t>(at.x + d)] = static_cast<R>(is_upper ? 1 - k_inside : k_inside);
     const Real back = is_upper ? grid_.upper(d) - k_inside * grid_.cell_size(d) : grid_.lower(d) + k_inside * grid_.cell_size(d);
     books.press(side->condition, s, 0, -m * gravity[s] * (back - x));
     R& v = fields[static_cast<std::size_t>(at.v + d)];
     const Real old = v;
-    const Real held = is_upper ? std::min(old, side->velocity) : std::max(old, side->velocity);
+    const Real held = is_upper ? std::min(old, velocity) : std::max(old, velocity);
     v = static_cast<R>(held);
     const Real impulse = m * (held - old);
-    books.press(side->condition, s, impulse, impulse * side->velocity);
-    books.contact_dissipation += impulse * side->velocity - 0.5 * m * (held * held - old * old);
+    books.press(side->condition, s, impulse, impulse * velocity);
+    books.contact_dissipation += impulse * velocity - 0.5 * m * (held * held - old * old);
     for (int c = 0; at.C >= 0 && c < Dim; ++c) fields[static_cast<std::size_t>(at.C + d * Dim + c)] = 0;
   }
   blocks_->insert(cell, fields.data());
@@ -148,6 +150,7 @@ bool ParticleBody<Dim, R>::push_out(R* fields, Vec3 position, const Obstacle& ob
   constexpr Real k_first = 1.0 / 256;  // of a cell
   const SlotLayout<Dim>& at = blocks_->layout();
   const Real m = volume0(Particle{fields, L, position}) * material_->density();
+  const Vec3 wall = obstacle.velocity.at(position);
   Real cell_size = grid_.cell_size(0);
   for (int d = 1; d < Dim; ++d) cell_size = std::min(cell_size, grid_.cell_size(d));
   // The shortest way out that stays in the grid: across the surface, or along an axis.
@@ -160,8 +163,7 @@ bool ParticleBody<Dim, R>::push_out(R* fields, Vec3 position, const Obstacle& ob
   }
   const auto across = [&](const Vec3& n) {  // beside the wall
     Real sum = 0;
-    for (std::size_t d = 0; d < Dim; ++d)
-      sum += (static_cast<Real>(fields[(at.v + static_cast<int>(d)) * L]) - obstacle.velocity[d]) * n[d];
+    for (std::size_t d = 0; d < Dim; ++d) sum += (static_cast<Real>(fields[(at.v + static_cast<int>(d)) * L]) - wall[d]) * n[d];
     return sum;
   };
   Real shortest = 2 * cell_size;
@@ -202,8 +204,8 @@ bool ParticleBody<Dim, R>::push_out(R* fields, Vec3 position, const Obstacle& ob
     const Real old = v;
     v = static_cast<R>(old - approach * n[d]);
     const Real impulse = m * (static_cast<Real>(v) - old);
-    books.press(obstacle.condition, d, impulse, impulse * obstacle.velocity[d] - m * gravity[d] * way);
-    books.contact_dissipation += impulse * obstacle.velocity[d] - 0.5 * m * (static_cast<Real>(v) * static_cast<Real>(v) - old * old);
+    books.press(obstacle.condition, d, impulse, impulse * wall[d] - m * gravity[d] * way);
+    books.contact_dissipation += impulse * wall[d] - 0.5 * m * (static_cast<Real>(v) * static_cast<Real>(v) - old * old);
     for (int c = 0; at.C >= 0 && c < Dim; ++c) fields[(at.C + axis * Dim + c) * L] = 0;
   }
   return true;

@@ -10,17 +10,25 @@ namespace {
 
 void check_velocity_table(BoundarySpec& boundary, const Input& input, const ReadContext& context) {
   const auto dim = static_cast<std::size_t>(context.dim);
-  if (boundary.velocity_history && boundary.times.empty() && boundary.velocities.empty()) return;
-  if (boundary.times.empty() == boundary.velocity.empty() || boundary.times.empty() != boundary.velocities.empty()) {
-    fail_input(input, context, "kind = \"velocity\" needs velocity = [...], or a table: times = [...] with velocities = [[...], ...]");
+  const bool has_function = boundary.velocity_history != nullptr;
+  const bool has_velocity = !boundary.velocity.empty() || boundary.velocity_field != nullptr;
+  const bool has_table = !boundary.velocities.empty();
+  const bool has_factors = !boundary.factors.empty();
+  if (int{has_function} + int{has_velocity} + int{has_table} != 1 || boundary.times.empty() != !(has_table || has_factors) ||
+      (has_factors && !has_velocity)) {
+    fail_input(input, context,
+               "kind = \"velocity\" needs velocity = [...] or { type = ... }, with times = [...] and factors = [...] where it changes in "
+               "time, or a table: times = [...] with velocities = [[...], ...]");
   }
   if (!boundary.velocity.empty() && boundary.velocity.size() != dim) {
     fail_input(at_key(input, "velocity"), context,
                fmt::format("velocity has {} numbers; the case has dim = {}, so it must have {}", boundary.velocity.size(), dim, dim));
   }
-  if (boundary.times.size() != boundary.velocities.size()) {
-    fail_input(at_key(input, "velocities"), context,
-               fmt::format("times has {} entries and velocities {}; they must match", boundary.times.size(), boundary.velocities.size()));
+  const std::size_t values = has_table ? boundary.velocities.size() : boundary.factors.size();
+  if (boundary.times.size() != values) {
+    const char* const key = has_table ? "velocities" : "factors";
+    fail_input(at_key(input, key), context,
+               fmt::format("times has {} entries and {} {}; they must match", boundary.times.size(), key, values));
   }
   for (std::size_t k = 1; k < boundary.times.size(); ++k) {
     if (boundary.times[k] > boundary.times[k - 1]) continue;
@@ -84,7 +92,7 @@ void check_boundary(BoundarySpec& boundary, const Input& input, const ReadContex
   if (boundary.kind == BoundaryKind::velocity) {
     check_velocity_table(boundary, input, context);
   } else {
-    for (const char* key : {"velocity", "times", "velocities"}) {
+    for (const char* key : {"velocity", "times", "velocities", "factors"}) {
       if (is_given(input, key)) fail_input(at_key(input, key), context, fmt::format("{} is for kind = \"velocity\" only", key));
     }
   }
@@ -207,13 +215,19 @@ void BoundarySpec::declare(ParameterTable<BoundarySpec>& table) {
     return write_value(values, dim);
   };
   table.custom(
-      {"velocity", "m/s", "dim numbers", "", "", "The velocity, constant in time.", false},
+      {"velocity", "m/s", "dim numbers, or table with a type", "", list_names(velocity_registry().names()),
+       "The velocity: the same one everywhere, or by place.", false},
       [](BoundarySpec& boundary, const Input& input, const ReadContext& context) {
         boundary.velocity_history = input.as_object<VelocityHistory>();
-        if (!boundary.velocity_history) read_value(input, context, "velocity", any_number(), boundary.velocity);
+        if (boundary.velocity_history) return;
+        if (input.kind() == Input::Kind::table)
+          boundary.velocity_field = velocity_registry().read(input, context, "velocity");
+        else
+          read_value(input, context, "velocity", any_number(), boundary.velocity);
       },
       [=](const BoundarySpec& boundary, int dim) -> std::optional<Input> {
         if (boundary.velocity_history) return Input::string("a function of time");
+        if (boundary.velocity_field) return boundary.velocity_field->write(dim);
         return unless_empty(boundary.velocity, dim);
       });
   table.custom(
@@ -223,8 +237,8 @@ void BoundarySpec::declare(ParameterTable<BoundarySpec>& table) {
       },
       [=](const BoundarySpec& boundary, int dim) { return unless_empty(boundary.traction, dim); });
   table.custom(
-      {"times", "s", "array of numbers", "", "ascending", "Times of a table of velocities: linear between, constant before and after.",
-       false},
+      {"times", "s", "array of numbers", "", "ascending",
+       "Times of a table of velocities or factors: linear between, constant before and after.", false},
       [](BoundarySpec& boundary, const Input& input, const ReadContext& context) {
         read_value(input, context, "times", any_number(), boundary.times);
       },
@@ -235,6 +249,12 @@ void BoundarySpec::declare(ParameterTable<BoundarySpec>& table) {
         read_value(input, context, "velocities", any_number(), boundary.velocities);
       },
       [=](const BoundarySpec& boundary, int dim) { return unless_empty(boundary.velocities, dim); });
+  table.custom(
+      {"factors", "1", "array of numbers", "", "as many as times", "Factors of velocity in the course of time.", false},
+      [](BoundarySpec& boundary, const Input& input, const ReadContext& context) {
+        read_value(input, context, "factors", any_number(), boundary.factors);
+      },
+      [=](const BoundarySpec& boundary, int dim) { return unless_empty(boundary.factors, dim); });
 }
 
 BoundarySide side_of(const std::string& name) {
@@ -245,12 +265,21 @@ BoundarySide side_of(const std::string& name) {
   return {2, name == "back"};
 }
 
-Vec3 velocity_at(const BoundarySpec& spec, Real t) {
+Vec3 PrescribedVelocity::at(const Vec3& x) const {
+  if (field == nullptr) return everywhere;
+  Vec3 v = field->at(x);
+  for (Real& component : v) component *= factor;
+  return v;
+}
+
+PrescribedVelocity velocity_at(const BoundarySpec& spec, Real t) {
   if (spec.kind != BoundaryKind::velocity) return {};
-  if (spec.velocity_history) return spec.velocity_history->at(t);
-  if (!spec.times.empty()) return interpolated(spec.times, spec.velocities, t);
-  Vec3 value{};
-  std::copy(spec.velocity.begin(), spec.velocity.end(), value.begin());
+  if (spec.velocity_history) return {spec.velocity_history->at(t)};
+  if (!spec.velocities.empty()) return {interpolated(spec.times, spec.velocities, t)};
+  const Real factor = spec.factors.empty() ? 1 : interpolated(spec.times, spec.factors, t);
+  if (spec.velocity_field) return {{}, spec.velocity_field.get(), factor};
+  PrescribedVelocity value;
+  for (std::size_t d = 0; d < spec.velocity.size(); ++d) value.everywhere[d] = factor * spec.velocity[d];
   return value;
 }
 

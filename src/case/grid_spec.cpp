@@ -1,8 +1,10 @@
 #include "case/grid_spec.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "case/case_reading.hpp"
+#include "core/interpolate.hpp"
 
 namespace matpoint {
 namespace {
@@ -96,7 +98,80 @@ void check_corners(const GridSpec& grid, const Input& input, const ReadContext& 
   }
 }
 
+/// The ring into which the box is mapped: within the box, for what is outside of that has left the grid.
+void check_ring(const GridSpec& grid, const Input& input, const ReadContext& context) {
+  if (!grid.ring) return;
+  const RingSpec& ring = *grid.ring;
+  const Input& given = at_key(input, "ring");
+  if (!grid.corners.empty()) fail_input(given, context, "ring and corners are both given; give one of them");
+  if (ring.center.size() != 2)
+    fail_input(given, context, fmt::format("ring: center has {} numbers; it must have 2, x and y of the axis", ring.center.size()));
+  if (!(ring.outer_radius > ring.inner_radius)) {
+    fail_input(given, context,
+               fmt::format("ring: outer_radius = {} must be greater than inner_radius = {}", ring.outer_radius, ring.inner_radius));
+  }
+  const Real angle = ring.end_angle - ring.start_angle;
+  if (!(angle > 0 && angle < 360)) {
+    fail_input(
+        given, context,
+        fmt::format("ring: start_angle = {} and end_angle = {} make {} degrees, allowed: above 0, below 360 (the ends of a full ring "
+                    "would not be joined)",
+                    ring.start_angle, ring.end_angle, angle));
+  }
+  constexpr Real k_widest = 45;
+  if (angle / grid.cells[1] > k_widest) {
+    fail_input(given, context,
+               fmt::format("ring: {} degrees in {} cells make cells of {:.4g} degrees, allowed: {} at the most; give it more cells in y",
+                           angle, grid.cells[1], angle / grid.cells[1], k_widest));
+  }
+  constexpr Real k_tolerance = 1e-9;
+  Vec3 least = grid.upper, greatest = grid.lower;
+  const auto reach = [&](const Vec3& x) {
+    for (std::size_t d = 0; d < 2; ++d) {
+      least[d] = std::min(least[d], x[d]);
+      greatest[d] = std::max(greatest[d], x[d]);
+    }
+  };
+  for (const Real x : {grid.lower[0], grid.upper[0]}) {
+    for (const Real y : {grid.lower[1], grid.upper[1]}) reach(grid.mapped({x, y, 0}));
+  }
+  for (Real quarter = 90 * std::ceil(ring.start_angle / 90); quarter < ring.end_angle; quarter += 90) {
+    const Real share = (quarter - ring.start_angle) / angle;
+    reach(grid.mapped({grid.upper[0], grid.lower[1] + share * (grid.upper[1] - grid.lower[1]), 0}));
+  }
+  for (std::size_t d = 0; d < 2; ++d) {
+    const Real margin = k_tolerance * (grid.upper[d] - grid.lower[d]);
+    if (least[d] >= grid.lower[d] - margin && greatest[d] <= grid.upper[d] + margin) continue;
+    fail_input(
+        given, context,
+        fmt::format("ring: it reaches from {:.6g} to {:.6g} in {}, outside of the box from lower = {} to upper = {}; enlarge the box",
+                    least[d], greatest[d], "xy"[d], grid.lower[d], grid.upper[d]));
+  }
+}
+
 }  // namespace
+
+Vec3 GridSpec::mapped(const Vec3& x) const {
+  const Real a = (x[0] - lower[0]) / (upper[0] - lower[0]);
+  const Real b = (x[1] - lower[1]) / (upper[1] - lower[1]);
+  Vec3 result = x;
+  if (ring) {
+    constexpr Real k_degree = 3.14159265358979323846 / 180;
+    const Real r = mixed(ring->inner_radius, ring->outer_radius, a);
+    const Real angle = mixed(ring->start_angle, ring->end_angle, b);
+    // Along the axes to the last bit: a side there is straight.
+    const Real quarters = angle / 90;
+    const bool is_along = quarters == std::round(quarters);
+    const Real cosine = is_along ? std::round(std::cos(angle * k_degree)) : std::cos(angle * k_degree);
+    const Real sine = is_along ? std::round(std::sin(angle * k_degree)) : std::sin(angle * k_degree);
+    result[0] = ring->center[0] + r * cosine;
+    result[1] = ring->center[1] + r * sine;
+  } else if (!corners.empty()) {
+    for (std::size_t d = 0; d < 2; ++d)
+      result[d] = (1 - b) * ((1 - a) * corners[0][d] + a * corners[1][d]) + b * ((1 - a) * corners[3][d] + a * corners[2][d]);
+  }
+  return result;
+}
 
 void check_grid(GridSpec& grid, const Input& input, const ReadContext& context) {
   const auto dim = static_cast<std::size_t>(context.dim);
@@ -123,6 +198,7 @@ void check_grid(GridSpec& grid, const Input& input, const ReadContext& context) 
   }
   check_mesh(grid, input, context);
   check_corners(grid, input, context);
+  check_ring(grid, input, context);
   Real nodes = 1;
   for (std::size_t d = 0; d < dim; ++d) {
     nodes *= static_cast<Real>(grid.cells[d]) * std::ldexp(1, grid.refinements) + 1;
@@ -136,6 +212,15 @@ void check_grid(GridSpec& grid, const Input& input, const ReadContext& context) 
     fail_input(input, context,
                fmt::format("the grid has {:.3g} nodes, at most {:.0g} are possible; take larger cells", nodes, k_nodes_max));
   check_words(grid.periodic, "periodic", axis_names(context.dim), input, context);
+}
+
+void RingSpec::declare(ParameterTable<RingSpec>& table) {
+  table.optional("center", "m", &RingSpec::center, any_number(), "x and y of its axis.");
+  table.required("inner_radius", "m", &RingSpec::inner_radius, positive(), "Radius of the side \"left\".");
+  table.required("outer_radius", "m", &RingSpec::outer_radius, positive(), "Radius of the side \"right\".");
+  table.optional("start_angle", "degrees", &RingSpec::start_angle, any_number(),
+                 "Of the side \"bottom\", from the x axis, counter-clockwise.");
+  table.optional("end_angle", "degrees", &RingSpec::end_angle, any_number(), "Of the side \"top\".");
 }
 
 void GridSpec::declare(ParameterTable<GridSpec>& table) {
@@ -191,6 +276,20 @@ void GridSpec::declare(ParameterTable<GridSpec>& table) {
       [](const GridSpec& grid, int dim) -> std::optional<Input> {
         if (grid.corners.empty()) return std::nullopt;
         return write_value(grid.corners, dim);
+      });
+  table.custom(
+      {"ring", "1", "table", "", "", "Implicit solver on elements: the sector of a ring into which the box is mapped, with all its lines.",
+       false},
+      [](GridSpec& grid, const Input& input, const ReadContext& context) {
+        if (input.kind() != Input::Kind::table)
+          fail_input(input, context,
+                     fmt::format("ring must be a table {{ inner_radius = ..., outer_radius = ... }}, got {}", input.text()));
+        const ReadContext inside{context.dim, context.where.empty() ? "ring" : context.where + ": ring"};
+        parameters_of<RingSpec>().read(input, inside, grid.ring.emplace());
+      },
+      [](const GridSpec& grid, int dim) -> std::optional<Input> {
+        if (!grid.ring) return std::nullopt;
+        return parameters_of<RingSpec>().write(*grid.ring, dim);
       });
   table.choice(
       "particles_outside", &GridSpec::particles_outside,

@@ -124,8 +124,23 @@ void check_contact(const Case& problem, const Input& input) {
 
 void check_for_explicit(const Case& problem, const Input& input) {
   const Input& grid = section_of(input, "grid");
-  for (const char* key : {"grading", "refinements", "lines_x", "lines_y", "lines_z", "corners"}) {
+  for (const char* key : {"grading", "refinements", "lines_x", "lines_y", "lines_z", "corners", "ring"}) {
     if (is_given(grid, key)) fail_case(at_key(grid, key), "grid", fmt::format("{} is for solver.type = \"implicit\" only", key));
+  }
+  for (std::size_t b = 0; b < problem.boundaries.size(); ++b) {
+    const BoundarySpec& boundary = problem.boundaries[b];
+    if (!boundary.velocity_field) continue;
+    const Input place = Input::table().with_place(boundary.place);
+    const std::string where = fmt::format("boundary {}", b + 1);
+    if (!problem.grid.periodic.empty())
+      fail_case(place, where, "a velocity by place cannot be used with periodic sides, where one node has two places; give one velocity");
+    for (const BodySpec& body : problem.bodies) {
+      if (body.formulation == Formulation::updated) continue;
+      fail_case(place, where,
+                fmt::format("a velocity by place cannot be used with formulation = \"total\" (body \"{}\"), whose nodes know where the "
+                            "body was at the start; give one velocity",
+                            body.name));
+    }
   }
   check_shape(problem, input);
   check_contact(problem, input);
@@ -157,6 +172,11 @@ void check_for_explicit(const Case& problem, const Input& input) {
 
 /// Whether a side of the mapped grid is not along an axis.
 bool is_inclined(const GridSpec& grid, const std::string& side) {
+  if (grid.ring) {
+    // "bottom" and "top" are held across themselves where they lie along x.
+    const Real angle = side == "bottom" ? grid.ring->start_angle : grid.ring->end_angle;
+    return side != "front" && side != "back" && !((side == "bottom" || side == "top") && std::fmod(angle, 180) == 0);
+  }
   if (grid.corners.empty()) return false;
   const std::vector<std::string> order = {"bottom", "right", "top", "left"};
   const auto first = static_cast<std::size_t>(std::find(order.begin(), order.end(), side) - order.begin());
@@ -166,6 +186,7 @@ bool is_inclined(const GridSpec& grid, const std::string& side) {
 
 void check_implicit_boundaries(const Case& problem) {
   const bool is_element = problem.implicit.basis == BasisKind::element;
+  const char* const map = problem.grid.ring ? "ring" : "corners";
   for (std::size_t b = 0; b < problem.boundaries.size(); ++b) {
     const BoundarySpec& boundary = problem.boundaries[b];
     const Input place = Input::table().with_place(boundary.place);
@@ -184,13 +205,19 @@ void check_implicit_boundaries(const Case& problem) {
     }
     if (boundary.receding_correction > 0 && is_inclined(problem.grid, boundary.side)) {
       fail_case(place, where,
-                fmt::format("receding_correction is for sides along an axis, but grid.corners inclines side = \"{}\"", boundary.side));
+                fmt::format("receding_correction is for sides along an axis, but grid.{} inclines side = \"{}\"", map, boundary.side));
     }
     if (boundary.kind == BoundaryKind::slip && !boundary.region && is_inclined(problem.grid, boundary.side)) {
       fail_case(place, where,
-                fmt::format("kind = \"slip\" holds the component across a side, but grid.corners inclines side = \"{}\"; use kind = "
+                fmt::format("kind = \"slip\" holds the component across a side, but grid.{} inclines side = \"{}\"; use kind = "
                             "\"fixed\", with components where they fit",
-                            boundary.side));
+                            map, boundary.side));
+    }
+    if (boundary.velocity_field && (boundary.contact != FaceContact::stick || boundary.receding_correction > 0)) {
+      fail_case(place, where,
+                fmt::format("a velocity by place is for nodes that a boundary holds, not for {} in the implicit solver; give the side one "
+                            "velocity",
+                            boundary.receding_correction > 0 ? "receding_correction" : "contact"));
     }
     if (boundary.receding_correction > 0 && !is_element) {
       fail_case(place, where, "receding_correction is for basis = \"element\" only; B-splines have contact = \"no_tension\"");
@@ -200,7 +227,7 @@ void check_implicit_boundaries(const Case& problem) {
       fail_case(place, where, "contact_by = \"nodes\" is for kind = \"fixed\" or \"velocity\"; use \"particles\"");
     if (boundary.touches_by_particles()) {
       if (is_inclined(problem.grid, boundary.side)) {
-        fail_case(place, where, fmt::format("contact is for sides along an axis, but grid.corners inclines side = \"{}\"", boundary.side));
+        fail_case(place, where, fmt::format("contact is for sides along an axis, but grid.{} inclines side = \"{}\"", map, boundary.side));
       }
       for (const BodySpec& body : problem.bodies) {
         if (body.method == BodyMethod::particles) continue;
@@ -240,7 +267,7 @@ void check_for_implicit(const Case& problem, const Input& input) {
   const Input& grid = section_of(input, "grid");
   const bool is_element = problem.implicit.basis == BasisKind::element;
   if (!problem.grid.periodic.empty()) fail_case(at_key(grid, "periodic"), "grid", "the implicit solver has no periodic sides");
-  for (const char* key : {"grading", "lines_x", "lines_y", "lines_z", "corners"}) {
+  for (const char* key : {"grading", "lines_x", "lines_y", "lines_z", "corners", "ring"}) {
     if (!is_element && is_given(grid, key))
       fail_case(at_key(grid, key), "grid", fmt::format("{} is for solver.basis = \"element\"; B-splines need equal cells", key));
   }
@@ -342,7 +369,7 @@ void choose_lengths(Case& problem) {
     const Input place = Input::table().with_place(body.place);
     const ReadContext context{problem.dim, fmt::format("body {}: material", body.name)};
     const bool has_equal_cells = grid.cell_size.size() == static_cast<std::size_t>(problem.dim) && grid.grading.empty() &&
-                                 grid.corners.empty() &&
+                                 !grid.is_mapped() &&
                                  std::all_of(grid.lines.begin(), grid.lines.end(), [](const auto& line) { return line.empty(); });
     if (!has_equal_cells) fail_input(place, context, "length is missing: it is the cell size, and the cells are not equal");
     const Real volume = std::accumulate(grid.cell_size.begin(), grid.cell_size.end(), Real{1}, std::multiplies<>());

@@ -28,7 +28,7 @@ bool is_active(const NodeValues<Dim, R>& nodes, int lane, Real cutoff) {
 
 /// What holds a node holds it against contact, too: takes back the part of a change that a condition forbids.
 template <int Dim, class R>
-void keep_conditions(const Tile<Dim, R>& tile, const std::vector<Vec<Dim>>& before, const std::vector<Vec<Dim>>& surface_velocities,
+void keep_conditions(const Grid<Dim, R>& grid, const Tile<Dim, R>& tile, const std::vector<Vec<Dim>>& before,
                      std::vector<Vec<Dim>>& after) {
   for (const FixedComponent& fixed : tile.components) {
     const auto lane = static_cast<std::size_t>(fixed.lane);
@@ -39,7 +39,7 @@ void keep_conditions(const Tile<Dim, R>& tile, const std::vector<Vec<Dim>>& befo
     const Real changed = dot(fixed.n, after[lane]) - dot(fixed.n, before[lane]);
     for (std::size_t d = 0; d < Dim; ++d) after[lane][d] -= changed * fixed.correction[d];
   }
-  BoundaryConditions<Dim, R>::keep_out(tile, surface_velocities, after);
+  BoundaryConditions<Dim, R>::keep_out(grid, tile, grid.boundary_velocities(), after);
 }
 
 }  // namespace
@@ -112,7 +112,7 @@ void Contact<Dim, R>::work(const Shared& shared, std::size_t band, Real mass_cut
   if (!is_changed) return;
   for (std::size_t k = 0; k < count; ++k) {
     const Velocities wanted = after[k];
-    keep_conditions<Dim>(*shared.tiles[k], before[k], grids_[0]->boundary_velocities(), after[k]);
+    keep_conditions<Dim>(*grids_[0], *shared.tiles[k], before[k], after[k]);
     NodeValues<Dim, R>& nodes = shared.tiles[k]->values;
     for (std::size_t lane = 0; lane < k_lanes<R>; ++lane) {
       const Vec<Dim>& old = before[k][lane];

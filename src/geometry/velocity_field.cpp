@@ -96,10 +96,22 @@ struct Sine final : VelocityField {
     const Real sine = std::sin(phase);
     return {value[0] * sine, value[1] * sine, value[2] * sine};
   }
+  Real greatest_speed(const Vec3&, const Vec3&) const override { return std::sqrt(dot(value, value)); }
   Input write(int dim) const override { return write_typed(*this, dim); }
 };
 
 }  // namespace
+
+Real VelocityField::greatest_speed(const Vec3& lower, const Vec3& upper) const {
+  Real greatest = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    Vec3 x = lower;
+    for (std::size_t d = 0; d < 3; ++d) x[d] = (corner >> d & 1) == 1 ? upper[d] : lower[d];
+    const Vec3 v = at(x);
+    greatest = std::max(greatest, std::sqrt(dot(v, v)));
+  }
+  return greatest;
+}
 
 Input velocity_table(const Input& input) {
   if (input.kind() != Input::Kind::array) return input;

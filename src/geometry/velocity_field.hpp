@@ -1,4 +1,4 @@
-// Velocities as functions of the position: what a body can start with.
+// Velocities as functions of the position: what a body can start with, and a boundary prescribe.
 #pragma once
 
 #include <memory>
@@ -12,6 +12,8 @@ class VelocityField {
   virtual ~VelocityField() = default;
   /// Velocity [m/s] at the position x [m].
   virtual Vec3 at(const Vec3& x) const = 0;
+  /// A bound of the speed in a box: of what is linear in the position, the greatest at its corners [m/s].
+  virtual Real greatest_speed(const Vec3& lower, const Vec3& upper) const;
   virtual Input write(int dim) const = 0;
   virtual void check(const Input&, const ReadContext&) const {}
 };

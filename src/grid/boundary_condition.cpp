@@ -57,11 +57,21 @@ void append_normals(const std::vector<std::pair<int, Vec<Dim>>>& normals, const 
   }
 }
 
+/// The velocity that a condition prescribes at a node of a tile.
+template <int Dim, class R>
+Vec<Dim> prescribed(const std::vector<PrescribedVelocity>& values, int condition, const Grid<Dim, R>& grid, const Tile<Dim, R>& tile,
+                    int lane) {
+  const PrescribedVelocity& value = values[static_cast<std::size_t>(condition)];
+  Place<Dim> node = tile.first;
+  node[0] += lane;
+  return value.at(value.field == nullptr ? Vec<Dim>{} : grid.node_position(node));
+}
+
 /// The velocity v - V of a node beside that of a surface, and its part along n.
 template <int Dim, class Velocity>
-std::pair<Vec<Dim>, Real> relative(const SurfaceContact<Dim>& contact, const std::vector<Vec<Dim>>& values, const Velocity& v) {
+std::pair<Vec<Dim>, Real> relative(const SurfaceContact<Dim>& contact, const Vec<Dim>& surface, const Velocity& v) {
   Vec<Dim> w;
-  for (std::size_t d = 0; d < Dim; ++d) w[d] = v(d) - values[static_cast<std::size_t>(contact.condition)][d];
+  for (std::size_t d = 0; d < Dim; ++d) w[d] = v(d) - surface[d];
   return {w, dot(w, contact.n)};
 }
 
@@ -90,6 +100,7 @@ std::optional<Place<Dim>> image_of(const Grid<Dim, R>& grid, Place<Dim> node, in
 template <int Dim, class R>
 BoundaryConditions<Dim, R>::BoundaryConditions(const std::vector<BoundarySpec>& specs, const Grid<Dim, R>& grid) : specs_(specs) {
   for (std::size_t c = 0; c < specs_.size(); ++c) {
+    field_speeds_.push_back(specs_[c].velocity_field ? greatest_field_speed(specs_[c], grid) : 0);
     if (has_node(c, grid)) continue;
     throw InputError("{}boundary {}: its region contains no node of the grid, so it would do nothing; make it at least a cell wide",
                      specs_[c].place.empty() ? "" : specs_[c].place + ": ", c + 1);
@@ -221,12 +232,9 @@ void BoundaryConditions<Dim, R>::append_contacts(const std::vector<std::pair<std
 }
 
 template <int Dim, class R>
-std::vector<Vec<Dim>> BoundaryConditions<Dim, R>::velocities(Real t) const {
-  std::vector<Vec<Dim>> all(specs_.size(), Vec<Dim>{});
-  for (std::size_t c = 0; c < specs_.size(); ++c) {
-    const Vec3 value = velocity_at(specs_[c], t);
-    std::copy_n(value.begin(), Dim, all[c].begin());
-  }
+std::vector<PrescribedVelocity> BoundaryConditions<Dim, R>::velocities(Real t) const {
+  std::vector<PrescribedVelocity> all;
+  for (const BoundarySpec& spec : specs_) all.push_back(velocity_at(spec, t));
   return all;
 }
 
@@ -239,8 +247,10 @@ std::vector<ClosedSide> BoundaryConditions<Dim, R>::closed_sides(Real t) const {
     const std::string component(1, "xyz"[side.axis]);
     const bool holds_across = spec.kind == BoundaryKind::slip || spec.components.empty() ||
                               std::find(spec.components.begin(), spec.components.end(), component) != spec.components.end();
-    const Real velocity = velocity_at(spec, t)[static_cast<std::size_t>(side.axis)];
-    if (holds_across && (side.is_upper ? velocity <= 0 : velocity >= 0))
+    const PrescribedVelocity velocity = velocity_at(spec, t);
+    // By place, it may go away from some particles and not from others: they see when they are there.
+    const Real across = velocity.everywhere[static_cast<std::size_t>(side.axis)];
+    if (holds_across && (side.is_upper ? across <= 0 : across >= 0))
       closed.push_back({side.axis, side.is_upper, velocity, static_cast<int>(&spec - specs_.data())});
   }
   return closed;
@@ -259,13 +269,14 @@ std::vector<Obstacle> BoundaryConditions<Dim, R>::obstacles(Real t) const {
 }
 
 template <int Dim, class R>
-void BoundaryConditions<Dim, R>::constrain(Tile<Dim, R>& tile, const NodalDynamics<Dim>& dynamics, const std::vector<Vec<Dim>>& values,
-                                           const std::vector<Vec<Dim>>& changes, Real dt, Ledger& ledger) const {
+void BoundaryConditions<Dim, R>::constrain(const Grid<Dim, R>& grid, Tile<Dim, R>& tile, const NodalDynamics<Dim>& dynamics,
+                                           const std::vector<PrescribedVelocity>& values, const std::vector<PrescribedVelocity>& before,
+                                           Real dt, Ledger& ledger) const {
   NodeValues<Dim, R>& nodes = tile.values;
   for (const FixedComponent& fixed : tile.components) {
     const auto d = static_cast<std::size_t>(fixed.component);
-    const Real value = values[static_cast<std::size_t>(fixed.condition)][d];
-    const Real change = changes[static_cast<std::size_t>(fixed.condition)][d];
+    const Real value = prescribed(values, fixed.condition, grid, tile, fixed.lane)[d];
+    const Real change = value - prescribed(before, fixed.condition, grid, tile, fixed.lane)[d];
     const Real m = nodes.mass[fixed.lane];
     if (m > 0 && m >= dynamics.mass_cutoff && tile.booked[fixed.lane] > 0) {
       const Real p = nodes.momentum[d][fixed.lane];
@@ -282,12 +293,12 @@ void BoundaryConditions<Dim, R>::constrain(Tile<Dim, R>& tile, const NodalDynami
     nodes.second[d][fixed.lane] = static_cast<R>(change / dt);
   }
   constrain_normals(tile, dynamics, dt, ledger);
-  touch_surfaces(tile, dynamics, values, dt, ledger);
+  touch_surfaces(grid, tile, dynamics, values, dt, ledger);
 }
 
 template <int Dim, class R>
-void BoundaryConditions<Dim, R>::touch_surfaces(Tile<Dim, R>& tile, const NodalDynamics<Dim>& dynamics, const std::vector<Vec<Dim>>& values,
-                                                Real dt, Ledger& ledger) {
+void BoundaryConditions<Dim, R>::touch_surfaces(const Grid<Dim, R>& grid, Tile<Dim, R>& tile, const NodalDynamics<Dim>& dynamics,
+                                                const std::vector<PrescribedVelocity>& values, Real dt, Ledger& ledger) {
   if (tile.contacts.empty()) return;
   NodeValues<Dim, R>& nodes = tile.values;
   Vec<Dim> impulses[k_lanes<R>]{};  // of all surfaces
@@ -297,18 +308,20 @@ void BoundaryConditions<Dim, R>::touch_surfaces(Tile<Dim, R>& tile, const NodalD
       starts[lane][d] = nodes.moved_mass[lane] > 0 ? nodes.momentum[d][lane] / nodes.moved_mass[lane] : 0;
   }
   for (SurfaceContact<Dim>& contact : tile.contacts) {
+    const Vec<Dim> surface = prescribed(values, contact.condition, grid, tile, contact.lane);
     // What was held at the end of the last step is held at the start of this one; the mapped velocities of the particles, which do not
     // move by them, would make a block at rest work against its floor.
     if (contact.presses) {
       Vec<Dim>& start = starts[contact.lane];
-      const auto [w, w_n] = relative<Dim>(contact, values, [&](std::size_t d) { return start[d]; });
+      const auto [w, w_n] = relative<Dim>(contact, surface, [&](std::size_t d) { return start[d]; });
       for (std::size_t d = 0; d < Dim; ++d) start[d] -= w_n * contact.correction[d];
     }
     contact.presses = contact.sticks = false;
     if (contact.gap > 0) continue;
     const Real m = nodes.moved_mass[contact.lane];
     if (m <= 0 || m < dynamics.mass_cutoff) continue;
-    const auto [w, w_n] = relative<Dim>(contact, values, [&](std::size_t d) { return static_cast<Real>(nodes.velocity[d][contact.lane]); });
+    const auto [w, w_n] =
+        relative<Dim>(contact, surface, [&](std::size_t d) { return static_cast<Real>(nodes.velocity[d][contact.lane]); });
     if (w_n >= 0) continue;
     const Vec<Dim> along = sliding<Dim>(contact, w, w_n);
     const Real speed = std::sqrt(dot(along, along));
@@ -322,7 +335,7 @@ void BoundaryConditions<Dim, R>::touch_surfaces(Tile<Dim, R>& tile, const NodalD
       nodes.second[d][contact.lane] += static_cast<R>(change / dt);
       if (tile.booked[contact.lane] == 0) continue;
       const Real impulse = m * change;
-      const Real work = impulse * values[static_cast<std::size_t>(contact.condition)][d];
+      const Real work = impulse * surface[d];
       ledger.press(contact.condition, d, impulse, work);
       ledger.contact_dissipation += work;
       impulses[contact.lane][d] += impulse;
@@ -405,12 +418,13 @@ void BoundaryConditions<Dim, R>::leave_out(const Tile<Dim, R>& tile, Vec<Dim>* c
 }
 
 template <int Dim, class R>
-void BoundaryConditions<Dim, R>::keep_out(const Tile<Dim, R>& tile, const std::vector<Vec<Dim>>& values,
+void BoundaryConditions<Dim, R>::keep_out(const Grid<Dim, R>& grid, const Tile<Dim, R>& tile, const std::vector<PrescribedVelocity>& values,
                                           std::vector<Vec<Dim>>& velocities) {
   for (const SurfaceContact<Dim>& contact : tile.contacts) {
     if (contact.gap > 0) continue;
     Vec<Dim>& v = velocities[static_cast<std::size_t>(contact.lane)];
-    const Real w_n = relative<Dim>(contact, values, [&](std::size_t d) { return v[d]; }).second;
+    const Vec<Dim> surface = prescribed(values, contact.condition, grid, tile, contact.lane);
+    const Real w_n = relative<Dim>(contact, surface, [&](std::size_t d) { return v[d]; }).second;
     for (std::size_t d = 0; d < Dim && w_n < 0; ++d) v[d] -= w_n * contact.correction[d];
   }
 }
@@ -450,11 +464,12 @@ void BoundaryConditions<Dim, R>::constrain_normals(Tile<Dim, R>& tile, const Nod
 }
 
 template <int Dim, class R>
-void BoundaryConditions<Dim, R>::constrain_second(Tile<Dim, R>& tile, const std::vector<Vec<Dim>>& values) const {
+void BoundaryConditions<Dim, R>::constrain_second(const Grid<Dim, R>& grid, Tile<Dim, R>& tile,
+                                                  const std::vector<PrescribedVelocity>& values) const {
   NodeValues<Dim, R>& nodes = tile.values;
   for (const FixedComponent& fixed : tile.components) {
     const auto d = static_cast<std::size_t>(fixed.component);
-    nodes.second[d][fixed.lane] = static_cast<R>(values[static_cast<std::size_t>(fixed.condition)][d]);
+    nodes.second[d][fixed.lane] = static_cast<R>(prescribed(values, fixed.condition, grid, tile, fixed.lane)[d]);
   }
   for (const FixedNormal<Dim>& fixed : tile.normals) {
     Real v_n = 0;
@@ -462,7 +477,8 @@ void BoundaryConditions<Dim, R>::constrain_second(Tile<Dim, R>& tile, const std:
     for (std::size_t d = 0; d < Dim; ++d) nodes.second[d][fixed.lane] -= static_cast<R>(v_n * fixed.correction[d]);
   }
   for (const SurfaceContact<Dim>& contact : tile.contacts) {
-    const auto [w, w_n] = relative<Dim>(contact, values, [&](std::size_t d) { return static_cast<Real>(nodes.second[d][contact.lane]); });
+    const Vec<Dim> surface = prescribed(values, contact.condition, grid, tile, contact.lane);
+    const auto [w, w_n] = relative<Dim>(contact, surface, [&](std::size_t d) { return static_cast<Real>(nodes.second[d][contact.lane]); });
     // By what the node did when it moved, not by the sign of w_n: of its noise, half would be taken, and the rest would strain the body.
     if (!contact.presses) continue;
     const Vec<Dim> along = sliding<Dim>(contact, w, w_n);
@@ -478,12 +494,34 @@ Real BoundaryConditions<Dim, R>::greatest_speed(Real t) const {
     if (spec.velocity_history) {
       for (Real v : spec.velocity_history->at(t)) greatest = std::max(greatest, std::abs(v));
     }
-    for (Real v : spec.velocity) greatest = std::max(greatest, std::abs(v));
+    Real factor = spec.factors.empty() ? 1 : 0;
+    for (const Real one : spec.factors) factor = std::max(factor, std::abs(one));
+    greatest = std::max(greatest, factor * field_speeds_[static_cast<std::size_t>(&spec - specs_.data())]);
+    for (Real v : spec.velocity) greatest = std::max(greatest, factor * std::abs(v));
     for (const Vec3& v : spec.velocities) {
       for (Real component : v) greatest = std::max(greatest, std::abs(component));
     }
   }
   return greatest;
+}
+
+/// In the box around the region or the side, as far as it is in the grid.
+template <int Dim, class R>
+Real BoundaryConditions<Dim, R>::greatest_field_speed(const BoundarySpec& spec, const Grid<Dim, R>& grid) const {
+  Vec3 lower{}, upper{};
+  for (std::size_t d = 0; d < Dim; ++d) {
+    lower[d] = grid.lower(static_cast<int>(d));
+    upper[d] = grid.upper(static_cast<int>(d));
+    if (!spec.region) continue;
+    lower[d] = std::clamp(spec.region->lower()[d], lower[d], upper[d]);
+    upper[d] = std::clamp(spec.region->upper()[d], lower[d], upper[d]);
+  }
+  if (!spec.region) {
+    const BoundarySide side = side_of(spec.side);
+    const auto d = static_cast<std::size_t>(side.axis);
+    (side.is_upper ? lower : upper)[d] = side.is_upper ? upper[d] : lower[d];
+  }
+  return spec.velocity_field->greatest_speed(lower, upper);
 }
 
 template class BoundaryConditions<2, double>;

@@ -36,15 +36,16 @@ class BoundaryConditions {
   }
 
   /// The velocity of each condition at time t [s].
-  std::vector<Vec<Dim>> velocities(Real t) const;
+  std::vector<PrescribedVelocity> velocities(Real t) const;
 
   /// Imposes the velocities after the momentum equation, books impulse and work, and takes the damping of the fixed directions out of
-  /// the books again. `changes`: of the velocities in this step [m/s], which particles of FLIP take along.
-  void constrain(Tile<Dim, R>& tile, const NodalDynamics<Dim>& dynamics, const std::vector<Vec<Dim>>& values,
-                 const std::vector<Vec<Dim>>& changes, Real dt, Ledger& ledger) const;
+  /// the books again. `before`: the velocities a step ago; particles of FLIP take the change along.
+  void constrain(const Grid<Dim, R>& grid, Tile<Dim, R>& tile, const NodalDynamics<Dim>& dynamics,
+                 const std::vector<PrescribedVelocity>& values, const std::vector<PrescribedVelocity>& before, Real dt,
+                 Ledger& ledger) const;
 
   /// Imposes the velocities on `second` only (USF, second mapping of MUSL).
-  void constrain_second(Tile<Dim, R>& tile, const std::vector<Vec<Dim>>& values) const;
+  void constrain_second(const Grid<Dim, R>& grid, Tile<Dim, R>& tile, const std::vector<PrescribedVelocity>& values) const;
 
   /// Takes the distance [m] from a side of the grid to the nearest particle around each node into `gaps`, if it is less.
   using GapMeasure = std::function<void(const TileNodes<Dim>& nodes, int axis, bool is_upper, std::vector<Real>& gaps)>;
@@ -59,7 +60,8 @@ class BoundaryConditions {
   static void leave_out(const Tile<Dim, R>& tile, Vec<Dim>* changes);
 
   /// Takes from a node's velocity what would carry it into a surface that lets go, without friction.
-  static void keep_out(const Tile<Dim, R>& tile, const std::vector<Vec<Dim>>& values, std::vector<Vec<Dim>>& velocities);
+  static void keep_out(const Grid<Dim, R>& grid, const Tile<Dim, R>& tile, const std::vector<PrescribedVelocity>& values,
+                       std::vector<Vec<Dim>>& velocities);
 
   /// Sides that hold what is at them across themselves, and do not go away from it at time t [s].
   std::vector<ClosedSide> closed_sides(Real t) const;
@@ -75,10 +77,12 @@ class BoundaryConditions {
   bool has_node(std::size_t condition, const Grid<Dim, R>& grid) const;
   void constrain_normals(Tile<Dim, R>& tile, const NodalDynamics<Dim>& dynamics, Real dt, Ledger& ledger) const;
   void append_contacts(const std::vector<std::pair<std::size_t, Vec3>>& places, int lane, Tile<Dim, R>& tile) const;
-  static void touch_surfaces(Tile<Dim, R>& tile, const NodalDynamics<Dim>& dynamics, const std::vector<Vec<Dim>>& values, Real dt,
-                             Ledger& ledger);
+  static void touch_surfaces(const Grid<Dim, R>& grid, Tile<Dim, R>& tile, const NodalDynamics<Dim>& dynamics,
+                             const std::vector<PrescribedVelocity>& values, Real dt, Ledger& ledger);
+  Real greatest_field_speed(const BoundarySpec& spec, const Grid<Dim, R>& grid) const;
 
   std::vector<BoundarySpec> specs_;
+  std::vector<Real> field_speeds_;  ///< The greatest one of each condition's field, and 0 [m/s].
 };
 
 }  // namespace matpoint

@@ -241,10 +241,7 @@ void Grid<Dim, R>::start_pass(NodePass pass, const KernelTable<Dim, R>& kernels,
   boundary_velocities_ = conditions_->velocities(t);
   if (pass == NodePass::advance || pass == NodePass::advance_keep) {
     // A function of time need not know a time before the start, which rounding may ask for.
-    boundary_changes_ = conditions_->velocities(std::max(Real{0}, t - dt));
-    for (std::size_t c = 0; c < boundary_changes_.size(); ++c) {
-      for (std::size_t d = 0; d < Dim; ++d) boundary_changes_[c][d] = boundary_velocities_[c][d] - boundary_changes_[c][d];
-    }
+    boundary_velocities_before_ = conditions_->velocities(std::max(Real{0}, t - dt));
   }
   sums_.assign(bands_.size(), {});
   books_.assign(bands_.size(), {});
@@ -257,14 +254,15 @@ void Grid<Dim, R>::work_tile(TileType& tile, std::size_t band) {
   if (pass_ == NodePass::advance || pass_ == NodePass::advance_keep) {
     if (body_force_ != nullptr) add_body_force(tile);
     kernels_->advance(tile.values, dynamics_, dt_, tile.booked, sums_[band]);
-    if (is_constrained) conditions_->constrain(tile, dynamics_, boundary_velocities_, boundary_changes_, dt_, books_[band]);
+    if (is_constrained)
+      conditions_->constrain(*this, tile, dynamics_, boundary_velocities_, boundary_velocities_before_, dt_, books_[band]);
     if (body_force_ != nullptr) book_body_force(tile, books_[band]);
     for (int d = 0; d < Dim && is_refined_; ++d) std::copy_n(tile.values.velocity[d], k_lanes<R>, tile.values.second[d]);
   } else if (pass_ == NodePass::refine) {
     refine(tile, books_[band]);
   } else {
     kernels_->map_velocity(tile.values, dynamics_);
-    if (is_constrained) conditions_->constrain_second(tile, boundary_velocities_);
+    if (is_constrained) conditions_->constrain_second(*this, tile, boundary_velocities_);
   }
   if (pass_ != NodePass::velocity_keep) kernels_->clear(tile.values, pass_ == NodePass::advance_keep || pass_ == NodePass::refine);
 }

@@ -13,6 +13,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "case/boundary_spec.hpp"
 #include "case/grid_spec.hpp"
 #include "core/arena.hpp"
 #include "core/state.hpp"
@@ -41,14 +42,14 @@ struct TileNodes {
 struct ClosedSide {
   int axis = 0;
   bool is_upper = false;
-  Real velocity = 0;  ///< Along the axis [m/s].
+  PrescribedVelocity velocity;
   int condition = -1;
 };
 
 /// A region that lets nothing in.
 struct Obstacle {
   const Region* region = nullptr;
-  Vec3 velocity{};  ///< [m/s]
+  PrescribedVelocity velocity;
   int condition = -1;
 };
 
@@ -176,8 +177,8 @@ class Grid {
   void prepare(TileType& tile, std::size_t band) {
     if (tile.pass != pass_count_) work_tile(tile, band);
   }
-  /// Of each condition, in the pass under way [m/s].
-  const std::vector<Vec<Dim>>& boundary_velocities() const { return boundary_velocities_; }
+  /// Of each condition, in the pass under way.
+  const std::vector<PrescribedVelocity>& boundary_velocities() const { return boundary_velocities_; }
   /// Works the tiles that no sweep needed, and books the pass.
   void finish_pass(Ledger& ledger);
   /// Clears everything that is summed.
@@ -236,8 +237,8 @@ class Grid {
   const KernelTable<Dim, R>* kernels_ = nullptr;
   NodalDynamics<Dim> dynamics_;
   Real dt_ = 0;
-  std::vector<Vec<Dim>> boundary_velocities_;
-  std::vector<Vec<Dim>> boundary_changes_;  ///< Of these velocities in the step [m/s].
+  std::vector<PrescribedVelocity> boundary_velocities_;
+  std::vector<PrescribedVelocity> boundary_velocities_before_;  ///< A step ago.
   std::vector<NodalSums<Dim>> sums_;
   std::vector<Ledger> books_;
 };

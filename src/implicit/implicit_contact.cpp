@@ -13,7 +13,7 @@ std::optional<std::string> ImplicitSolver<Dim>::settle(Real t, Real dt, StepLoad
   while (!is_settled) {
     if (!contacts_.is_empty()) take_contacts(load, displacements);
     if (is_balanced) balance(t, dt, displacements);
-    if (auto failure = solve(load, displacements, u)) return failure;
+    if (auto failure = solve(t, load, displacements, u)) return failure;
     is_settled = true;
     if (contacts_.is_empty()) break;
     std::vector<Real> residual;

@@ -27,11 +27,11 @@ SeedingGrid seeding_grid(const GridSpec& grid) {
 
 /// Of a grid that is no box: whether all particles are in it.
 template <int Dim>
-void check_inside(const PointBody<Dim>& body, const Basis<Dim>& basis, const BodySpec& spec) {
+void check_inside(const PointBody<Dim>& body, const Basis<Dim>& basis, const BodySpec& spec, const GridSpec& grid) {
   for (std::size_t p = 0; p < static_cast<std::size_t>(body.count()); ++p) {
     if (basis.locate(body.position[p])) continue;
-    throw InputError("{}: particle {} at ({:.6g}) is outside of the quadrilateral of grid.corners; move the body or the corners",
-                     place_of(spec), body.id[p], fmt::join(body.position[p], ", "));
+    throw InputError("{}: particle {} at ({:.6g}) is outside of the {}; move the body or change the grid", place_of(spec), body.id[p],
+                     fmt::join(body.position[p], ", "), grid.map_name());
   }
 }
 
@@ -149,7 +149,7 @@ void ImplicitSolver<Dim>::make_bodies() {
     } else {
       particles_.emplace_back(spec, seeding_grid<Dim>(case_.grid));
       sources_.push_back({&particles_.back(), nullptr, spec.has_fbar()});
-      if (!case_.grid.corners.empty()) check_inside(particles_.back(), *basis_, spec);
+      if (case_.grid.is_mapped()) check_inside(particles_.back(), *basis_, spec, case_.grid);
     }
   }
 }
@@ -346,7 +346,7 @@ void ImplicitSolver<Dim>::take_contacts(StepLoad<Dim>& load, const std::vector<V
 }
 
 template <int Dim>
-std::optional<std::string> ImplicitSolver<Dim>::solve(const StepLoad<Dim>& load, const std::vector<Vec<Dim>>& displacements,
+std::optional<std::string> ImplicitSolver<Dim>::solve(Real t, const StepLoad<Dim>& load, const std::vector<Vec<Dim>>& displacements,
                                                       std::vector<Real>& u) {
   std::vector<Real> prescribed(space_.nodes().size() * Dim, 0);
   for (std::size_t n = 0; n < space_.nodes().size(); ++n) {
@@ -354,7 +354,11 @@ std::optional<std::string> ImplicitSolver<Dim>::solve(const StepLoad<Dim>& load,
       const auto s = static_cast<std::size_t>(d);
       const int condition = conditions_.condition(space_.nodes()[n], d);
       if (condition >= 0 && space_.unknown(static_cast<Index>(n), d) < 0) {
-        prescribed[n * Dim + s] = displacements[static_cast<std::size_t>(condition)][s];
+        const Vec<Dim> displacement =
+            conditions_.is_by_place(condition)
+                ? conditions_.displacement_by_place(condition, space_.basis().node_position(space_.nodes()[n]), t, load.dt)
+                : displacements[static_cast<std::size_t>(condition)];
+        prescribed[n * Dim + s] = displacement[s];
       }
     }
   }

@@ -104,7 +104,7 @@ class ImplicitSolver final : public Solver {
   StepStart start_of_step() const;
   void restore(const StepStart& start);
   /// Newton's method with the faces' set of states as it is, from `u`, or from 0 where it is empty.
-  std::optional<std::string> solve(const StepLoad<Dim>& load, const std::vector<Vec<Dim>>& displacements, std::vector<Real>& u);
+  std::optional<std::string> solve(Real t, const StepLoad<Dim>& load, const std::vector<Vec<Dim>>& displacements, std::vector<Real>& u);
   void make_bodies();
   void make_tractions();
   /// The background where it is at the start of the step, the particles in it, the unknowns.

@@ -412,12 +412,12 @@ void ImplicitSolver<Dim>::set_field(std::size_t s, const std::string& name, cons
                        "xyz"[d], values[i], case_.grid.lower[d], case_.grid.upper[d]);
     }
   }
-  if (name == "position" && values.size() == body.position.size() * Dim && !case_.grid.corners.empty()) {
+  if (name == "position" && values.size() == body.position.size() * Dim && case_.grid.is_mapped()) {
     for (std::size_t p = 0; p < body.position.size(); ++p) {
       Vec<Dim> x;
       std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(p * Dim), Dim, x.begin());
       if (basis_->locate(x)) continue;
-      throw InputError("body \"{}\": position of particle row {} is outside of the quadrilateral of grid.corners: ({:.6g})", body.name(), p,
+      throw InputError("body \"{}\": position of particle row {} is outside of the {}: ({:.6g})", body.name(), p, case_.grid.map_name(),
                        fmt::join(x, ", "));
     }
   }

@@ -85,7 +85,7 @@ template <int Dim>
 std::vector<Vec<Dim>> NodeConditions<Dim>::velocities(Real t) const {
   std::vector<Vec<Dim>> all;
   for (const BoundarySpec& spec : specs_) {
-    const Vec3 v = velocity_at(spec, t);
+    const Vec3 v = velocity_at(spec, t).everywhere;
     all.emplace_back();
     std::copy_n(v.begin(), Dim, all.back().begin());
   }
@@ -101,6 +101,26 @@ std::vector<Vec<Dim>> NodeConditions<Dim>::displacements(Real t, Real dt) const 
     for (std::size_t d = 0; d < Dim; ++d) all[c][d] = dt / 6 * (start[c][d] + 4 * middle[c][d] + all[c][d]);
   }
   return all;
+}
+
+template <int Dim>
+Vec<Dim> NodeConditions<Dim>::displacement_by_place(int condition, const Vec<Dim>& x, Real t, Real dt) const {
+  constexpr int k_parts = 4;  // a turn by .1 in a step is then right to 1e-9 of it
+  const BoundarySpec& spec = specs_[static_cast<std::size_t>(condition)];
+  const Real part = dt / k_parts;
+  Vec<Dim> at = x;
+  for (int k = 0; k < k_parts; ++k) {
+    const Real start = t + k * part;
+    const auto slope = [&](const Vec<Dim>& before, Real share) {
+      Vec<Dim> place = at;
+      for (std::size_t d = 0; d < Dim; ++d) place[d] += share * part * before[d];
+      return velocity_at(spec, start + share * part).at(place);
+    };
+    const Vec<Dim> first = slope({}, 0), second = slope(first, 0.5), third = slope(second, 0.5), last = slope(third, 1);
+    for (std::size_t d = 0; d < Dim; ++d) at[d] += part / 6 * (first[d] + 2 * second[d] + 2 * third[d] + last[d]);
+  }
+  for (std::size_t d = 0; d < Dim; ++d) at[d] -= x[d];
+  return at;
 }
 
 template <int Dim>

@@ -19,8 +19,12 @@ class NodeConditions {
   int condition(Index node, int component) const { return conditions_[static_cast<std::size_t>(node * Dim + component)]; }
   /// Whether the node counts as outside of the body for the soft stiffness: on the boundary, and on no side that the body grows out of.
   bool is_free_boundary(Index node) const { return is_free_boundary_[static_cast<std::size_t>(node)]; }
-  /// Displacements that the conditions prescribe from time t to t + dt: their velocities integrated by Simpson's rule [m].
+  /// Displacements that the conditions prescribe from time t to t + dt: their velocities integrated by Simpson's rule [m]; 0 of those that
+  /// are by place.
   std::vector<Vec<Dim>> displacements(Real t, Real dt) const;
+  /// Of what a condition prescribes by place, that of a node at x: along its way, by the rule of Runge and Kutta [m].
+  Vec<Dim> displacement_by_place(int condition, const Vec<Dim>& x, Real t, Real dt) const;
+  bool is_by_place(int condition) const { return specs_[static_cast<std::size_t>(condition)].velocity_field != nullptr; }
   std::vector<Vec<Dim>> velocities(Real t) const;
 
   /// Faces at sides from which particles may recede (receding_correction), with C_c and the condition whose velocity they have.

@@ -16,9 +16,17 @@ namespace {
 template <int Dim>
 class ElementBasis final : public Basis<Dim> {
  public:
-  ElementBasis(std::array<std::vector<Real>, Dim> lines, int order, const std::vector<Vec3>& corners)
-      : lines_(std::move(lines)), mesh_(tensor_mesh<Dim>(lines_, order)), is_mapped_(!corners.empty()) {
-    if (is_mapped_) map_to(corners);
+  ElementBasis(std::array<std::vector<Real>, Dim> lines, int order, const GridSpec& grid)
+      : lines_(std::move(lines)), mesh_(tensor_mesh<Dim>(lines_, order)), is_mapped_(grid.is_mapped()) {
+    if (!is_mapped_) return;
+    std::vector<Vec<Dim>> nodes = mesh_.nodes();
+    for (Vec<Dim>& x : nodes) {
+      Vec3 place{};
+      std::copy(x.begin(), x.end(), place.begin());
+      place = grid.mapped(place);
+      std::copy_n(place.begin(), Dim, x.begin());
+    }
+    mesh_.set_nodes(std::move(nodes));
   }
 
   int functions_per_cell() const override { return mesh_.nodes_per_element(); }
@@ -68,18 +76,6 @@ class ElementBasis final : public Basis<Dim> {
   }
 
  private:
-  /// Moves all nodes by the bilinear map of the box to four corners, counter-clockwise from the lower left.
-  void map_to(const std::vector<Vec3>& corners) {
-    std::vector<Vec<Dim>> nodes = mesh_.nodes();
-    for (Vec<Dim>& x : nodes) {
-      const Real a = (x[0] - lines_[0].front()) / (lines_[0].back() - lines_[0].front());
-      const Real b = (x[1] - lines_[1].front()) / (lines_[1].back() - lines_[1].front());
-      for (std::size_t d = 0; d < 2; ++d)
-        x[d] = (1 - b) * ((1 - a) * corners[0][d] + a * corners[1][d]) + b * ((1 - a) * corners[3][d] + a * corners[2][d]);
-    }
-    mesh_.set_nodes(std::move(nodes));
-  }
-
   std::array<std::vector<Real>, Dim> lines_;
   Mesh<Dim> mesh_;
   bool is_mapped_;  ///< Whether its cells are no boxes.
@@ -303,7 +299,7 @@ std::unique_ptr<Basis<Dim>> make_element_basis(const GridSpec& grid, int order) 
                    : grid.lines[d];
     for (int r = 0; r < grid.refinements; ++r) lines[d] = halved(lines[d]);
   }
-  return std::make_unique<ElementBasis<Dim>>(std::move(lines), order, grid.corners);
+  return std::make_unique<ElementBasis<Dim>>(std::move(lines), order, grid);
 }
 
 template <int Dim>

@@ -59,7 +59,8 @@ class Basis {
 template <int Dim>
 std::vector<std::string> side_names_of();
 
-/// Lagrange elements on boxes that may be graded, halved and mapped to a quadrilateral: grid.grading, grid.refinements, grid.corners.
+/// Lagrange elements on boxes that may be graded, halved and mapped to a quadrilateral or a ring: grid.grading, grid.refinements,
+/// grid.corners, grid.ring.
 template <int Dim>
 std::unique_ptr<Basis<Dim>> make_element_basis(const GridSpec& grid, int order);
 

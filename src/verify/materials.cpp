@@ -320,6 +320,7 @@ void add_materials(VerifySuite& suite) {
   add_cook(suite);
   add_waves(suite);
   add_necking(suite);
+  add_yielding_cylinder(suite);
   add_grains(suite);
   add_slopes(suite);
   add_flows(suite);

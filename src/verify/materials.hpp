@@ -20,6 +20,8 @@ void add_flows(VerifySuite& suite);
 void add_slopes(VerifySuite& suite);
 /// Metal (materials_necking.cpp).
 void add_necking(VerifySuite& suite);
+/// A thick cylinder (thick_cylinder.cpp).
+void add_yielding_cylinder(VerifySuite& suite);
 /// Gases, brittle solids and ground at rest (materials_states.cpp).
 void add_states(VerifySuite& suite);
 

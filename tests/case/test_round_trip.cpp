@@ -47,7 +47,10 @@ kind = "fixed"
                                                        {"solver.basis=element", "solver.element_order=1"},
                                                        {"solver.surface_penalty=10"},
                                                        {"solver.mode=static"},
-                                                       {"solver.contact=pairs", "solver.friction=0.3"}};
+                                                       {"solver.contact=pairs", "solver.friction=0.3"},
+                                                       {"solver.basis=element", "grid.ring={inner_radius = 0.1, outer_radius = 0.9}",
+                                                        "boundary.1.kind=velocity",
+                                                        "boundary.1.velocity={type = \"linear\", gradient = [[1, 0], [0, 1]]}"}};
   for (const std::vector<std::string>& sets : kinds) {
     Input input = parse_toml(text, "case.toml");
     for (const std::string& set : sets) apply_set(input, set);
@@ -104,6 +107,13 @@ velocities = [[0, 0], [1, 0]]
 region = { type = "disk", center = [0, 0], radius = 0.5 }
 kind = "velocity"
 velocity = [0, 1]
+[[boundary]]
+side = "top"
+kind = "velocity"
+components = ["x"]
+velocity = [1, 0.5]
+times = [0, 2]
+factors = [1, 0.5]
 [[probe]]
 name = "p"
 body = "wheel"

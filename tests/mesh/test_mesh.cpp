@@ -239,6 +239,37 @@ TEST(Basis, corners_map_the_box_with_its_lines) {
   EXPECT_NEAR(area, 0.5 * (-0.58 + 5.51 + 3.5 - 0.14), 1e-13);
 }
 
+TEST(Basis, a_ring_maps_the_box_to_radius_and_angle) {
+  for (const int order : {1, 2}) {
+    GridSpec grid = grid_of(3, {3, 4, 2}, {-1, -1, 0}, {3, 3, 1});
+    grid.ring = RingSpec{{0.5, 0.25}, 1, 2, 30, 120};
+    const auto basis = make_element_basis<3>(grid, order);
+    for (const char* side : {"left", "right"}) {
+      const Real radius = std::string(side) == "left" ? 1 : 2;
+      for (const Index n : basis->side_nodes(side)) {
+        const Vec<3> x = basis->node_position(n);
+        EXPECT_NEAR(std::hypot(x[0] - 0.5, x[1] - 0.25), radius, 1e-14) << order << side;
+      }
+    }
+    for (const Index n : basis->side_nodes("top")) {
+      const Vec<3> x = basis->node_position(n);
+      EXPECT_NEAR(std::atan2(x[1] - 0.25, x[0] - 0.5) * 180 / std::acos(-1.0), 120, 1e-12);
+    }
+    Real volume = 0;
+    for (Index cell = 0; cell < basis->cell_count(); ++cell) {
+      for (const QuadraturePoint<3>& point : basis->quadrature(cell)) volume += point.weight;
+    }
+    // Chords of 4 cells, or of parabolas that are nearly arcs.
+    const Real exact = std::acos(-1.0) / 4 * 3, turn = std::acos(-1.0) / 8;
+    EXPECT_NEAR(volume, order == 1 ? 4 * 0.5 * std::sin(turn) * 3 : exact, order == 1 ? 1e-13 : 1e-3 * exact) << order;
+    const auto found = basis->locate({0.5, 1.75, 0.3});
+    ASSERT_TRUE(found.has_value());
+    EXPECT_NEAR(basis->position(*found)[1], 1.75, 1e-12);
+    EXPECT_FALSE(basis->locate({0.5, 1.1, 0.3}).has_value()) << "within the inner circle";
+    EXPECT_FALSE(basis->locate({2.0, 0.3, 0.3}).has_value()) << "before the first angle";
+  }
+}
+
 TEST(Basis, splines_are_smooth_across_cells) {
   const auto basis = make_spline_basis<2>(grid_of(2, {4, 4}, {0, 0, 0}, {1, 1, 0}));
   EXPECT_EQ(basis->node_count(), 36);

@@ -138,7 +138,7 @@ UNDECLARED = {
     "FluidCorrection": {GIVEN: "has_filter_ grid_ conditions_ fluids_ fillers_ lengths_ cell_size_"},
     "Grid": {
         GIVEN: "lower_ upper_ cell_size_ cells_ is_periodic_ has_periodic_ shape_ span_ band_rows_ conditions_ is_refined_ kernels_",
-        ANEW: "body_force_ pass_ pass_count_ dynamics_ dt_ boundary_velocities_ boundary_changes_ sums_ books_",
+        ANEW: "body_force_ pass_ pass_count_ dynamics_ dt_ boundary_velocities_ boundary_velocities_before_ sums_ books_",
         LOADED: "tiles_",
     },
     "Grid::Band": {RUN: "unused"},
