@@ -88,12 +88,13 @@ def _number(name: str, value: object) -> float:
 
 
 class FunctionLaw:
-    """A constitutive law written in Python. It runs at Python's speed, a hundred times slower than a law of the core.
+    """A constitutive law written in Python, for all particles of a body at once: ten times slower than a law of the core, or more.
 
     Args:
         stress: Takes deformation gradients F of shape (n, 3, 3) and returns Kirchhoff stresses tau = J sigma [Pa] of the same shape. Or it
             takes (F, L, dt, history) with the velocity gradient L [1/s] of shape (n, 3, 3), the time step dt [s] and the history of
-            shape (n, history_size), and returns (tau, new history). n is some tens of points; calls come from any thread, one at a time.
+            shape (n, history_size), and returns (tau, new history). It is called once in a step for all n particles of a body, in the
+            order of their ids, as its fields are.
         density: Reference density [kg/m^3], > 0.
         wave_speed: An upper bound of the speed of pressure waves [m/s], > 0, for the stable time step.
         kinematic_viscosity: An upper bound [m^2/s], >= 0, for the stable time step.

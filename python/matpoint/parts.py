@@ -95,7 +95,7 @@ def class_names() -> list[tuple[str, str, dict[str, Any], str]]:
         "sections": ("", "A section of a case."),
         "regions": ("", "A region, for bodies and boundaries."),
         "layouts": ("", "A layout, for bodies."),
-        "velocities": ("Velocity", "An initial velocity, for bodies."),
+        "velocities": ("Velocity", "A velocity by place: of a body at its start, or prescribed by a boundary."),
         "initial_stresses": ("Stress", "A stress that a body starts with."),
         "materials": ("", "A material, for bodies."),
         "rules": ("Rule", "How long the next step is, for `Time` and the implicit solver."),

@@ -6,7 +6,6 @@
 
 #include "body/fill_body.hpp"
 #include "core/parallel.hpp"
-#include "kernel/function_law.hpp"
 
 namespace matpoint {
 namespace {
@@ -205,7 +204,7 @@ SweepContext<Dim, R> ParticleBody<Dim, R>::make_context(Real dt, Real flip) cons
     context.reach[d] = static_cast<R>(reach_);
   }
   context.law = material_->law_data();
-  context.law_kernel = material_->law_index() >= 0 ? law_kernel<Dim, R>(material_->law_index()) : &update_function_law<Dim, R>;
+  context.law_kernel = material_->law_index() >= 0 ? law_kernel<Dim, R>(material_->law_index()) : &collect_points;
   std::fill_n(context.J_min, k_lanes<R>, R{1});
   std::fill_n(context.J_max, k_lanes<R>, R{1});
   return context;
@@ -228,15 +227,18 @@ void ParticleBody<Dim, R>::sweep(Sweep what, Real dt, Real flip) {
     if (what == Sweep::start || what == Sweep::start_momentum) measure_spin(0);
   }
   const Context context = make_context(dt, flip);
+  const bool has_function = material_->law_index() < 0 && updates_stress(what);
+  if (has_function) start_function_call();
   for_each_band([&](std::size_t b) {
     reports_[b].context = context;
+    if (has_function) reports_[b].context.law = &call_;
     reports_[b].bad = {};
     reports_[b].moved = 0;
     sweep_band(what, b, reports_[b]);
   });
   collect(what, reports_);
   if (moves(what)) settle(what);
-  material_->rethrow();
+  if (has_function && bad_point_.id < 0) call_function(dt, context);
   if (!moves(what)) return;
   if (++sweeps_since_prune_ >= k_sweeps_between_prunes) {
     sweeps_since_prune_ = 0;

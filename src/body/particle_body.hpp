@@ -99,6 +99,23 @@ class ParticleBody final : public Body<Dim> {
     Index moved = 0;  ///< Particles that left their cells.
   };
 
+  /// What a law that is a function is given and gives, row by row in the order of ids.
+  struct FunctionCall {
+    int history_size = 0;
+    bool has_fbar = false;
+    std::vector<std::int32_t> rows;  ///< Of ids.
+    std::vector<Real> F, L, history, tau;
+    // With F-bar: the row of the first particle of those whose spherical stress is averaged with this one's, and its weight there.
+    std::vector<std::int32_t> leaders;
+    std::vector<Real> weights;
+  };
+  void start_function_call();
+  static void collect_points(const void* law, LawChunk<Dim, R>& chunk);
+  /// Calls the function and takes the forces. Throws what it throws.
+  void call_function(Real dt, const Context& context);
+  /// Kirchhoff stresses, 9 numbers each, into the particles.
+  void store_stresses(const std::vector<Real>& tau);
+
   /// Where a total Lagrangian particle lies in memory, for good.
   struct Seat {
     const Block<Dim, R>* block = nullptr;
@@ -235,6 +252,7 @@ class ParticleBody final : public Body<Dim> {
   Real mass_ = 0;
   Spin spin_;
   int sweeps_since_prune_ = 0;
+  FunctionCall call_;                    ///< Of the last sweep; the next one uses its memory.
   std::vector<std::set<Index>> inside_;  ///< Per obstacle: ids that were in it at the start.
   mutable std::vector<Seat> seats_;      ///< By id; made when first asked for.
 
@@ -248,6 +266,15 @@ class ParticleBody final : public Body<Dim> {
   Real J_max_ = 1;
   Real wave_modulus_ = 0;  ///< The greatest rho0 c^2 [Pa], of a law that knows it.
 };
+
+template <int Dim, class R>
+template <class F>
+void ParticleBody<Dim, R>::change_each_particle(F&& f) {
+  const std::vector<std::int32_t> rows = rows_of_ids();
+  const auto row_of = [&](const Particle& p) { return static_cast<std::size_t>(rows[static_cast<std::size_t>(id(p))]); };
+  // The particles are this body's own; a view of them is constant only for the outputs.
+  for_each_particle([&](const Particle& p) { f(const_cast<R*>(p.fields), p.stride, row_of(p)); });
+}
 
 template <int Dim, class R>
 template <class F>

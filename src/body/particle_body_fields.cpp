@@ -225,15 +225,6 @@ void ParticleBody<Dim, R>::set_field(const std::string& name, const std::vector<
 }
 
 template <int Dim, class R>
-template <class F>
-void ParticleBody<Dim, R>::change_each_particle(F&& f) {
-  const std::vector<std::int32_t> rows = rows_of_ids();
-  const auto row_of = [&](const Particle& p) { return static_cast<std::size_t>(rows[static_cast<std::size_t>(id(p))]); };
-  // The particles are this body's own; a view of them is constant only for the outputs.
-  for_each_particle([&](const Particle& p) { f(const_cast<R*>(p.fields), p.stride, row_of(p)); });
-}
-
-template <int Dim, class R>
 void ParticleBody<Dim, R>::set_body_force(const std::vector<Real>& values) {
   change_each_particle([&](R* fields, int stride, std::size_t row) {
     for (int d = 0; d < Dim; ++d)
@@ -355,7 +346,6 @@ std::vector<Real> ParticleBody<Dim, R>::stresses_at_rest(const std::vector<Real>
   if (const auto* function = dynamic_cast<const FunctionMaterial*>(material_.get())) {
     const std::vector<Real> L(9 * count, 0);
     function->evaluate({static_cast<Index>(count), F.data(), L.data(), 0, history.data(), tau.data()});
-    function->rethrow();
   } else {
     for (std::size_t i = 0; i < tau.size(); i += 9) {
       Material::Matrix m;

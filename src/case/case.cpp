@@ -264,6 +264,8 @@ Input Case::to_input() const { return parameters_of<Case>().write(*this, dim); }
 std::vector<CaseSection> case_sections() {
   return {{"case", "What stands at the top of a case file, before the first section.", parameters_of<Case>().describe()},
           {"grid", "The background grid: a box of equal cells.", parameters_of<GridSpec>().describe()},
+          {"ring", "The table ring of [grid]: the sector of a ring about an axis along z, into which the box is mapped.",
+           parameters_of<RingSpec>().describe()},
           {"time", "End and time step.", parameters_of<TimeSpec>().describe()},
           {"solver", "The explicit scheme.", parameters_of<SolverSpec>().describe()},
           {"implicit_solver", "[solver] with type = \"implicit\": Newmark and Newton on B-splines or elements.",

@@ -19,9 +19,9 @@ struct Stages {
   static constexpr bool gathers = gathers_velocity || gathers_gradient || moves;
   /// The gradient is taken of `second` where that holds a velocity.
   static constexpr bool is_gradient_of_second = S == Sweep::musl_gradient || S == Sweep::usf_stress;
-  static constexpr bool has_law = S == Sweep::start || gathers_gradient;
-  static constexpr bool maps_mass = S != Sweep::musl_velocity && S != Sweep::usf_stress && S != Sweep::refine;
-  static constexpr bool maps_momentum = S != Sweep::usf_stress;
+  static constexpr bool has_law = S == Sweep::start || S == Sweep::force || gathers_gradient;
+  static constexpr bool maps_momentum = S != Sweep::usf_stress && S != Sweep::force;
+  static constexpr bool maps_mass = maps_momentum && S != Sweep::musl_velocity && S != Sweep::refine;
   static constexpr bool maps_force = has_law;
 };
 

@@ -17,6 +17,7 @@ constexpr void set_sweeps(KernelTable<Dim, R>& table) {
   sweeps[static_cast<int>(Sweep::musl_gradient)] = &sweep_chunk<Sweep::musl_gradient, V, Dim, R>;
   sweeps[static_cast<int>(Sweep::usf_stress)] = &sweep_chunk<Sweep::usf_stress, V, Dim, R>;
   sweeps[static_cast<int>(Sweep::usf_velocity)] = &sweep_chunk<Sweep::usf_velocity, V, Dim, R>;
+  sweeps[static_cast<int>(Sweep::force)] = &sweep_chunk<Sweep::force, V, Dim, R>;
   sweeps[static_cast<int>(Sweep::refine)] = &sweep_chunk<Sweep::refine, V, Dim, R>;
 }
 

@@ -87,9 +87,10 @@ enum class Sweep {
   musl_gradient,   ///< Gradient, F, stress, position; mass + momentum + force for the next step.
   usf_stress,      ///< Gradient, F, stress; force to the grid.
   usf_velocity,    ///< Velocity, position; mass + momentum for the next step.
+  force,           ///< Force to the grid, from the stress that the particles have.
   refine,          ///< FMPM: `second` to the particles, and from there as momentum to the grid; they keep nothing of it.
 };
-constexpr int k_sweep_count = 8;
+constexpr int k_sweep_count = 9;
 
 /// Some slots of a block, for a law.
 template <int Dim, class R>

@@ -115,7 +115,7 @@ template <Sweep S, int Dim, class R>
 MPM_INLINE void update_stress(SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk, ChunkBuffers<Dim, R>& buffers) {
   constexpr int L = k_lanes<R>;
   const SlotLayout<Dim>& at = context.layout;
-  if (S == Sweep::start && at.tau >= 0) {
+  if (!Stages<S>::gathers_gradient && at.tau >= 0) {
     // A law that depends on the rate has left its stress: there is no rate to compute it from.
     for (int k = 0; k < chunk.slot_count; ++k) {
       __builtin_memcpy(buffers.tau[k], chunk.slots[k] + at.tau * L, sizeof buffers.tau[k]);
@@ -129,7 +129,7 @@ MPM_INLINE void update_stress(SweepContext<Dim, R>& context, SweepChunk<Dim, R>&
   law.layout = &at;
   law.uniform_volume = context.uniform_volume;
   law.dt = context.dt;
-  law.L = S == Sweep::start ? nullptr : &buffers.L_grad[0][0][0];
+  law.L = Stages<S>::gathers_gradient ? &buffers.L_grad[0][0][0] : nullptr;
   law.tau = &buffers.tau[0][0][0];
   law.J_min = context.J_min;
   law.J_max = context.J_max;
@@ -157,9 +157,9 @@ __attribute__((flatten)) void sweep_chunk(SweepContext<Dim, R>& context, SweepCh
   }
   const bool is_reference = !Variant<V>::is_plain && context.layout.u >= 0;
   if constexpr (Stages<S>::has_law) {
-    if (is_reference && S != Sweep::start)
+    if (is_reference && Stages<S>::gathers_gradient)
       for_each_pack<R>(chunk, [&](int k, int lane) { to_velocity_gradient(context, chunk, buffers, k, lane); });
-    if (context.has_fbar && S != Sweep::start) average_gradients(context, chunk, buffers);
+    if (context.has_fbar && Stages<S>::gathers_gradient) average_gradients(context, chunk, buffers);
     update_stress<S>(context, chunk, buffers);
     if (context.has_fbar) average_stresses(context, chunk, buffers);
     if (is_reference) for_each_pack<R>(chunk, [&](int k, int lane) { to_first_piola_kirchhoff(context, chunk, buffers, k, lane); });

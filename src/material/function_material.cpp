@@ -43,23 +43,7 @@ Material::Matrix FunctionMaterial::kirchhoff_stress(const Matrix& F, std::span<c
   Matrix tau{};
   std::vector<Real> history(static_cast<std::size_t>(history_size_), 0);
   evaluate({1, F.data(), L.data(), 0, history.data(), tau.data()});
-  rethrow();
   return tau;
-}
-
-void FunctionMaterial::evaluate(const MaterialPoints& points) const noexcept {
-  try {
-    function_(points);
-  } catch (...) {
-    std::fill_n(points.tau, 9 * points.count, Real{0});
-    const std::lock_guard lock(mutex_);
-    if (!error_) error_ = std::current_exception();
-  }
-}
-
-void FunctionMaterial::rethrow() const {
-  const std::lock_guard lock(mutex_);
-  if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
 }
 
 std::vector<InternalVariable> FunctionMaterial::internal_variables() const {

@@ -1,9 +1,7 @@
 // A law that a program gives as a function at run time, e.g. one written in Python: no kernel of its own, and slow.
 #pragma once
 
-#include <exception>
 #include <functional>
-#include <mutex>
 
 #include "material/material.hpp"
 
@@ -21,7 +19,7 @@ struct MaterialPoints {
 
 class FunctionMaterial final : public Material {
  public:
-  /// Called from any thread, for some tens of points at a time. What it throws ends the step.
+  /// Called once in a step for all points of a body, in the order of their ids. What it throws ends the step.
   using Function = std::function<void(const MaterialPoints&)>;
 
   /// `wave_speed` [m/s] and `kinematic_viscosity` [m^2/s] are upper bounds for the stable step. `history_names`: of the last numbers of the
@@ -44,12 +42,11 @@ class FunctionMaterial final : public Material {
   Real energy_density(const Matrix&, std::span<const Real> /*history*/ = {}) const override { return 0; }
   Real wave_speed(Real) const override { return wave_speed_; }
   Real kinematic_viscosity(Real) const override { return kinematic_viscosity_; }
-  void rethrow() const override;
   Input write(int dim) const override;
   std::vector<InternalVariable> internal_variables() const override;
 
-  /// Calls the function; after an error the stress is zero until rethrow() has told of it.
-  void evaluate(const MaterialPoints& points) const noexcept;
+  /// Calls the function. Throws what it throws.
+  void evaluate(const MaterialPoints& points) const { function_(points); }
 
  private:
   std::string name_;
@@ -59,8 +56,6 @@ class FunctionMaterial final : public Material {
   Real kinematic_viscosity_;
   int history_size_;
   std::vector<std::string> history_names_;
-  mutable std::mutex mutex_;
-  mutable std::exception_ptr error_;
 };
 
 }  // namespace matpoint

@@ -90,9 +90,6 @@ class Material {
   /// Kinematic viscosity [m^2/s] that limits an explicit step to h^2 / (2 dim nu); 0 for a law without viscosity.
   virtual Real kinematic_viscosity(Real J) const = 0;
 
-  /// Throws what a law given by a program has thrown since the last call; laws of the registry throw nothing.
-  virtual void rethrow() const {}
-
   /// The parameters with the key `type`, as in a case file.
   virtual Input write(int dim) const = 0;
 };

@@ -2,7 +2,6 @@
 // reaction.
 #include <cmath>
 
-#include "geometry/layout.hpp"
 #include "verify/materials.hpp"
 
 namespace matpoint {

@@ -217,9 +217,21 @@ def test_a_body_force_of_position_and_time():
     assert np.abs(history["transfer_loss"]).max() < 1e-3 * history["kinetic_energy"][-1]
 
 
+NUMERICS = {
+    "default": ({}, {}),
+    "linear": ({"shape": "linear", "transfer": "flip", "mass_cutoff_relative": 1e-3}, {}),
+    "bspline2_fbar": ({"shape": "bspline2", "transfer": "apic"}, {"fbar": True}),
+    "bspline3_fmpm": ({"shape": "bspline3", "transfer": "fmpm"}, {}),
+    "cpdi": ({"shape": "cpdi", "transfer": "tpic"}, {}),
+    "total": ({"shape": "gimp", "transfer": "flip"}, {"formulation": "total", "fbar": True}),
+}
+ORDERS = [(name, order) for name in NUMERICS for order in ("usl", "usf", "musl") if (name, order) != ("cpdi", "usf")]
+
+
 @pytest.mark.parametrize("dim", [2, 3])
-@pytest.mark.parametrize("order", ["usl", "usf", "musl"])
-def test_a_law_in_python_agrees_with_the_same_law_of_the_core(dim, order):
+@pytest.mark.parametrize(("name", "order"), ORDERS)
+def test_a_law_in_python_agrees_with_the_same_law_of_the_core(dim, name, order):
+    numerics, body = NUMERICS[name]
     E, nu = 1e5, 0.3
     lam, mu = E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
 
@@ -227,8 +239,12 @@ def test_a_law_in_python_agrees_with_the_same_law_of_the_core(dim, order):
         J = np.linalg.det(F)
         return mu * (F @ F.transpose(0, 2, 1) - np.eye(3)) + lam * np.log(J)[:, None, None] * np.eye(3)
 
-    core = block(dim, boundary=mp.Boundary(side="bottom", kind="fixed"), solver=mp.Solver(stress_order=order))
+    core = block(dim, boundary=mp.Boundary(side="bottom", kind="fixed"), solver=mp.Solver(stress_order=order, **numerics))
     core.body[0].velocity = mp.UniformVelocity(value=[0.0, -20.0, 0.0][:dim])
+    if name == "total":  # on its grid it does not meet the floor
+        core.body[0].velocity = mp.LinearVelocity(center=[0.5] * dim, gradient=np.diag([8.0, -6.0, 4.0][:dim]).tolist())
+    for key, value in body.items():
+        setattr(core.body[0], key, value)
     python = core.copy()
     python.body[0].material = mp.FunctionLaw(neo_hookean, density=1000, wave_speed=13.0)
     a, b = core.build(), python.build()
@@ -238,6 +254,41 @@ def test_a_law_in_python_agrees_with_the_same_law_of_the_core(dim, order):
     assert scale > 1e3
     np.testing.assert_allclose(a.bodies["block"].velocity, b.bodies["block"].velocity, atol=1e-9)
     np.testing.assert_allclose(a.bodies["block"].stress, b.bodies["block"].stress, atol=1e-9 * scale)
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_a_law_in_python_is_called_once_in_a_step_with_its_particles_in_order(threads):
+    calls = []
+
+    def law(F, L, dt, history):
+        calls.append((F.copy(), L.copy(), history.copy()))
+        return 1e4 * (F - np.eye(3) + (F - np.eye(3)).transpose(0, 2, 1)), history + np.arange(len(F))[:, None]
+
+    case = block(boundary=mp.Boundary(side="bottom", kind="fixed"), time=mp.Time(dt=1e-3, end=1))
+    case.grid.particles_outside = "remove"
+    case.body[0].velocity = mp.UniformVelocity(value=[30.0, -10.0])  # some leave the grid
+    case.body[0].material = mp.FunctionLaw(law, density=1000, wave_speed=10.0, history=["sum"])
+    simulation = case.build()
+    usual = mp.threads()
+    mp.set_threads(threads)
+    try:
+        calls.clear()  # of the check before the run
+        before = simulation.bodies["block"].deformation_gradient
+        for step in range(1, 26):
+            simulation.step()
+            assert len(calls) == step
+            F, L, _ = calls[-1]
+            body = simulation.bodies["block"]
+            if len(F) == len(body.field("id")):  # nothing was removed in this step
+                np.testing.assert_array_equal(F, body.deformation_gradient)
+                if len(before) == len(F):
+                    np.testing.assert_allclose(F, before + 1e-3 * L @ before, atol=1e-14)
+            before = body.deformation_gradient
+            if step == 3:
+                np.testing.assert_array_equal(body.field("sum"), 3.0 * body.field("id"))
+    finally:
+        mp.set_threads(usual)
+    assert len(simulation.bodies["block"].field("id")) < len(calls[0][0]), "none has left the grid"
 
 
 def test_a_law_in_python_remembers_its_history():

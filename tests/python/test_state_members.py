@@ -158,7 +158,7 @@ UNDECLARED = {
     "PairContact::Points::Place": {ANEW: "way"},
     "ParticleBody": {
         GIVEN: "name_ material_ scheme_ grid_ kernels_ uniform_volume_ smallest_volume_ has_fbar_ reach_",
-        ANEW: "seats_ reports_ arrivals_",
+        ANEW: "seats_ reports_ arrivals_ call_",
         REPORTS: "dissipated_ bad_point_ moved_",
     },
     "PointBody": {GIVEN: "name_"},
