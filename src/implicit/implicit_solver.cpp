@@ -138,6 +138,7 @@ ImplicitSolver<Dim>::ImplicitSolver(const Case& problem)
   space_.update(0);
   measure_contact();
   if (spec_.mode == ImplicitMode::quasi_static) check_support();
+  if (spec_.mode == ImplicitMode::dynamic) balance_initial_stress();
 }
 
 template <int Dim>
@@ -397,60 +398,6 @@ StepLoad<Dim> ImplicitSolver<Dim>::make_load(Real t_end, Real dt) {
     }
   }
   return load;
-}
-
-/// Accelerations at the start from the forces there: M a = f. The mass matrix of particles as quadrature points may be singular, where a
-/// node sees few of them; a step that is short beside the first one adds just enough stiffness.
-template <int Dim>
-void ImplicitSolver<Dim>::set_initial_acceleration(Real t, Real dt) {
-  constexpr Real k_short = 1e-3;
-  update_space(t);
-  StepLoad<Dim> load = make_load(t, dt);
-  const Real factor = newmark(k_short * dt).u;
-  load.inertia = {factor, 0, 0};
-  if (!contacts_.is_empty()) {
-    contacts_.start(space_);
-    take_contacts(load, conditions_.displacements(t, 0));
-  }
-  const std::vector<Real> zero(space_.nodes().size() * Dim, 0);
-  std::vector<Real> residual;
-  Lift lift;
-  assembly_.residual_and_matrix(zero, load, residual, lift);
-  std::vector<Real> nodal;
-  if (!newton_.solve_linear(residual, Symmetry::general, nodal)) {
-    throw SolverError("t = {:.8g} s: no accelerations follow from the forces at the start; initial_acceleration = \"zero\" does without",
-                      t);
-  }
-  for (Real& value : nodal) value *= -factor;
-  std::vector<Real> A;
-  std::vector<Vec<Dim>> a;
-  assembly_.deform(nodal, A, a);
-  Vec3 total{};
-  space_.for_each_point([&](std::size_t source, std::size_t p, std::size_t k) {
-    const Vec<Dim>& acceleration = a[k];
-    PointBody<Dim>& body = *sources_[source].points;
-    body.acceleration[p] = acceleration;
-    const Real ratio = sources_[source].fem != nullptr ? sources_[source].fem->weight_ratio() : 1;
-    for (std::size_t d = 0; d < Dim; ++d) {
-      total[d] += body.mass[p] * acceleration[d];
-      gravity_force_[d] += body.mass[p] * ratio * load.gravity[d];
-      body_force_force_[d] += body.mass[p] * (load.b(source, ratio, p, d) - ratio * load.gravity[d]);
-    }
-  });
-  for (std::size_t n = 0; n < space_.nodes().size(); ++n) {
-    const auto node = static_cast<std::size_t>(space_.nodes()[n]);
-    for (FemBody<Dim>& fem : fem_bodies_) {
-      if (!fem.has_node(space_.nodes()[n])) continue;
-      for (std::size_t d = 0; d < Dim; ++d) fem.acceleration[node][d] = nodal[n * Dim + d];
-    }
-    for (std::size_t d = 0; d < Dim && !load.nodal_force.empty(); ++d) body_force_force_[d] += load.nodal_force[n * Dim + d];
-  }
-  if (!load.nodal_force.empty()) traction_work_.advance(space_, load.nodal_force, zero);
-  for (Real& value : nodal) value /= factor;
-  assembly_.residual(nodal, load, residual);
-  hold(load, zero, residual, zero, 0);
-  std::copy_n(load.gravity.begin(), Dim, acceleration_gravity_.begin());
-  for (std::size_t d = 0; d < Dim; ++d) reaction_[d] = total[d] - gravity_force_[d] - body_force_force_[d];
 }
 
 template <int Dim>

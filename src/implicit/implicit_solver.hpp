@@ -110,6 +110,9 @@ class ImplicitSolver final : public Solver {
   /// The background where it is at the start of the step, the particles in it, the unknowns.
   void update_space(Real t);
   void set_initial_acceleration(Real t, Real dt);
+  void balance_initial_stress();
+  bool is_small_correction(const std::vector<Real>& A, const StepLoad<Dim>& load) const;
+  void take_stress(const std::vector<Real>& A);
   StepLoad<Dim> make_load(Real t_end, Real dt);
   StepInertia newmark(Real dt) const;
   void commit(Real t, Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u);
