@@ -449,6 +449,7 @@ std::vector<StepNumber> ImplicitSolver<Dim>::step_numbers() const {
   return {{"newton_iterations", "1", static_cast<Real>(iterations_)},
           {"step_cuts", "1", static_cast<Real>(cuts_)},
           {"residual", "N", newton_.report().residuals.empty() ? 0 : newton_.report().residuals.back()},
+          {"pivot_ratio", "1", newton_.report().pivot_ratio},
           {"active_unknowns", "1", static_cast<Real>(space_.unknown_count())},
           {"receding_particles", "1", static_cast<Real>(space_.receding_count())},
           {"penetrated_particles", "1", static_cast<Real>(space_.penetrated_count())},

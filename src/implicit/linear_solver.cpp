@@ -27,6 +27,16 @@ bool is_solved(const SparseMatrix& K, const Vector& b, const Vector& x) {
   return x.allFinite() && (K * x - b).norm() <= k_residual_max * b.norm();
 }
 
+#ifdef MATPOINT_HAS_SUITESPARSE
+// Eigen's faces keep to themselves what SuiteSparse tells of its pivots.
+struct Cholmod : Eigen::CholmodSupernodalLLT<SparseMatrix> {
+  Real pivot_ratio() { return cholmod_rcond(m_cholmodFactor, &cholmod()); }
+};
+struct Umfpack : Eigen::UmfPackLU<SparseMatrix> {
+  Real pivot_ratio() { return m_umfpackInfo(UMFPACK_RCOND); }
+};
+#endif
+
 /// A direct method of Eigen or behind Eigen's face.
 template <class Method>
 class Direct final : public LinearSolver {
@@ -45,6 +55,10 @@ class Direct final : public LinearSolver {
   bool solve(const Vector& b, Vector& x) override {
     x = method_.solve(b);
     return is_solved(*K_, b, x);
+  }
+  Real pivot_ratio() override {
+    if constexpr (requires { method_.pivot_ratio(); }) return method_.pivot_ratio();
+    return 0;
   }
 
  private:
@@ -84,7 +98,7 @@ class Iterative final : public LinearSolver {
 
 using Ldlt = Eigen::SimplicialLDLT<SparseMatrix>;
 #ifdef MATPOINT_HAS_SUITESPARSE
-using Supernodal = Direct<Eigen::CholmodSupernodalLLT<SparseMatrix>>;
+using Supernodal = Direct<Cholmod>;
 #endif
 using SparseLu = Eigen::SparseLU<SparseMatrix, Eigen::COLAMDOrdering<int>>;
 using Ilut = Eigen::IncompleteLUT<Real>;
@@ -103,6 +117,7 @@ class DefiniteLdlt final : public LinearSolver {
     x = method_.solve(b);
     return is_solved(*K_, b, x);
   }
+  Real pivot_ratio() override { return method_.vectorD().minCoeff() / method_.vectorD().maxCoeff(); }
 
  private:
   Ldlt method_;
@@ -111,7 +126,7 @@ class DefiniteLdlt final : public LinearSolver {
 
 std::unique_ptr<LinearSolver> make_lu() {
 #ifdef MATPOINT_HAS_SUITESPARSE
-  return std::make_unique<Direct<Eigen::UmfPackLU<SparseMatrix>>>("umfpack");
+  return std::make_unique<Direct<Umfpack>>("umfpack");
 #else
   return std::make_unique<Direct<SparseLu>>("sparse_lu");
 #endif
@@ -147,6 +162,7 @@ class Automatic final : public LinearSolver {
     return lu_->factorize(K, symmetry);
   }
   bool solve(const Vector& b, Vector& x) override { return used_->solve(b, x); }
+  Real pivot_ratio() override { return used_ == nullptr ? 0 : used_->pivot_ratio(); }
 
  private:
   static constexpr Eigen::Index k_large = 1000;  ///< Unknowns.

@@ -29,6 +29,8 @@ class LinearSolver {
   virtual bool factorize(const SparseMatrix& K, Symmetry symmetry) = 0;
   /// K x = b; `x` holds a guess, which iterative methods start from. False when no solution was found.
   virtual bool solve(const Vector& b, Vector& x) = 0;
+  /// The least pivot of the last factorisation over the greatest: an estimate of 1 over the condition number; 0 where it is not known.
+  virtual Real pivot_ratio() { return 0; }
 };
 
 /// "auto": a Cholesky factorisation where the matrix is symmetric and definite, else an LU factorisation. `tolerance`: relative residual of

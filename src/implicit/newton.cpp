@@ -54,6 +54,7 @@ bool Newton<Dim>::solve_linear(const std::vector<Real>& right, Symmetry symmetry
   if (analyzed_ != assembly_.pattern()) linear_solver_->analyze(assembly_.matrix());
   analyzed_ = assembly_.pattern();
   if (!linear_solver_->factorize(assembly_.matrix(), symmetry) || !linear_solver_->solve(b, x)) return false;
+  report_.pivot_ratio = linear_solver_->pivot_ratio();
   for (std::size_t k = 0; k < right.size(); ++k) {
     const int unknown = space_.unknown(static_cast<Index>(k / Dim), static_cast<int>(k % Dim));
     if (unknown >= 0) result[k] = x[unknown];
@@ -64,7 +65,9 @@ bool Newton<Dim>::solve_linear(const std::vector<Real>& right, Symmetry symmetry
 template <int Dim>
 std::optional<std::string> Newton<Dim>::solve(const StepLoad<Dim>& load, std::vector<Real> prescribed, Symmetry symmetry,
                                               std::vector<Real>& u) {
+  const Real pivot_ratio = report_.pivot_ratio;  // where this step needs no matrix
   report_ = {};
+  report_.pivot_ratio = pivot_ratio;
   u.resize(prescribed.size(), 0);
   for (std::size_t k = 0; k < u.size(); ++k) {
     if (space_.unknown(static_cast<Index>(k / Dim), static_cast<int>(k % Dim)) < 0) prescribed[k] -= u[k];

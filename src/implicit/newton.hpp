@@ -14,7 +14,8 @@ struct NewtonReport {
   std::vector<Real> residuals;   ///< Norms over the unknowns before each iteration [N], and after the last one.
   std::vector<Real> increments;  ///< Of each iteration, relative to the displacement of the step [1].
   int iterations = 0;
-  int halvings = 0;  ///< How often an increment was halved.
+  int halvings = 0;      ///< How often an increment was halved.
+  Real pivot_ratio = 0;  ///< Of the last matrix (LinearSolver).
 };
 
 template <int Dim>
