@@ -6,6 +6,7 @@
 #include "body/particle_fields.hpp"
 #include "case/case_file.hpp"
 #include "commands.hpp"
+#include "io/results_folder.hpp"
 #include "material/parameter_sets.hpp"
 
 namespace matpoint {
@@ -124,8 +125,10 @@ void list_cases() {
 }
 
 void list_fields() {
-  fmt::print("fields:\n  {}\n", fmt::join(particle_field_names(), "\n  "));
-  fmt::print("fields on request, where output.fields names them:\n  displacement\n");
+  std::vector<std::string> always, on_request = {"displacement"};
+  for (const std::string& name : particle_field_names()) (is_written_on_request(name) ? on_request : always).push_back(name);
+  fmt::print("fields:\n  {}\n", fmt::join(always, "\n  "));
+  fmt::print("fields on request, where output.fields names them:\n  {}\n", fmt::join(on_request, "\n  "));
   fmt::print("fields of single materials:\n");
   std::size_t width = 0;
   for (const auto& [name, laws] : material_variables()) width = std::max(width, name.size());

@@ -129,6 +129,10 @@ std::string checkpoint_name(Index step) { return fmt::format("step_{:012}.h5", s
 
 }  // namespace
 
+bool is_written_on_request(const std::string& name) {
+  return has({"density", "principal_stress", "stress_ratio", "equivalent_strain"}, name);
+}
+
 std::vector<fs::path> checkpoints_of(const fs::path& folder) {
   std::vector<fs::path> all;
   std::error_code error;
@@ -257,7 +261,7 @@ void ResultsFolder::choose_fields(const Snapshot& start) {
     Writers& writers = bodies_.emplace_back();
     for (const std::string& name : written_names(start.solver, b)) {
       // The points' coordinates are always written.
-      if (name != "position" && (wanted.empty() || has(wanted, name))) {
+      if (name != "position" && (wanted.empty() ? !is_written_on_request(name) : has(wanted, name))) {
         writers.fields.push_back(name);
         manifest_.field_units.set(name, Input::string(unit_of(start.solver, b, name)));
       }

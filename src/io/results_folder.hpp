@@ -27,6 +27,10 @@ namespace matpoint {
 /// Whether the outputs that a case asks for can be written: names of files, fields, probes. Throws InputError.
 void check_outputs(const Case& problem, const Solver& solver);
 
+/// Whether a field that every body has is written only where `output.fields` names it: it follows from others, and costs more time and
+/// room than it is worth in every run.
+bool is_written_on_request(const std::string& name);
+
 /// The complete checkpoints of a results folder, the oldest first.
 std::vector<std::filesystem::path> checkpoints_of(const std::filesystem::path& folder);
 

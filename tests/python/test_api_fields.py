@@ -8,6 +8,19 @@ import pytest
 from api_support import FALL, block
 
 
+def test_what_follows_from_other_fields_is_written_on_request(tmp_path):
+    dear = {"density", "principal_stress", "stress_ratio", "equivalent_strain"}
+    simulation = block().build()
+    simulation.run(output=tmp_path / "usual")
+    written = set(mp.Results(tmp_path / "usual").bodies["block"].names)
+    assert {"velocity", "stress", "von_mises", "pressure", "J"} < written and not written & dear
+    assert dear < set(simulation.bodies["block"].fields)
+    block(output=mp.Output(fields=sorted(dear))).build().run(output=tmp_path / "asked")
+    asked = mp.Results(tmp_path / "asked").bodies["block"]
+    assert dear <= set(asked.names)
+    np.testing.assert_allclose(asked.field("density", -1), simulation.bodies["block"].field("density"), rtol=1e-6)
+
+
 @pytest.mark.parametrize("dim", [2, 3])
 def test_fields_have_their_shapes_and_values(dim):
     simulation = block(dim).build()
