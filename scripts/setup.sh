@@ -7,8 +7,8 @@ cd "$root"
 build_packages=(cmake ninja-build g++ libfmt-dev libcli11-dev libtomlplusplus-dev libhdf5-dev libeigen3-dev libsuitesparse-dev
   libopenblas-dev python3 python3-venv)
 python_packages=(python3-dev)
-# ccache: the wheel compiles the same sources once more.
-test_packages=(libgtest-dev libgmock-dev ccache)
+# ccache: the wheel compiles the same sources once more. libegl1, libgl1: PyVista draws by them, and crashes without.
+test_packages=(libgtest-dev libgmock-dev ccache libegl1 libgl1)
 
 say() { printf '\n== %s\n' "$*"; }
 die() { printf 'error: %s\n' "$*" >&2; exit 1; }
