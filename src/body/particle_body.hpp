@@ -67,7 +67,7 @@ class ParticleBody final : public Body<Dim> {
   std::vector<std::string> field_names() const override;
   void take_fields(const std::vector<std::string>& names, std::size_t body, int vector_size, std::vector<Field>& fields) const override;
   void set_field(const std::string& name, const std::vector<Real>& values) override;
-  Index memory() const override { return blocks_->memory(); }
+  Index memory() const override { return blocks_->memory() + call_.memory(); }
   Occupancy occupancy() const override;
 
  private:
@@ -108,6 +108,10 @@ class ParticleBody final : public Body<Dim> {
     // With F-bar: the row of the first particle of those whose spherical stress is averaged with this one's, and its weight there.
     std::vector<std::int32_t> leaders;
     std::vector<Real> weights;
+    Index memory() const {
+      const std::size_t numbers = F.capacity() + L.capacity() + history.capacity() + tau.capacity() + weights.capacity();
+      return static_cast<Index>(numbers * sizeof(Real) + (rows.capacity() + leaders.capacity()) * sizeof(std::int32_t));
+    }
   };
   void start_function_call();
   static void collect_points(const void* law, LawChunk<Dim, R>& chunk);
@@ -231,7 +235,11 @@ class ParticleBody final : public Body<Dim> {
   std::vector<Real> stresses_at_rest(const std::vector<Real>& F);
   /// Calls f(fields, stride, row) for all particles; row: place in the fields that are handed out.
   template <class F>
-  void change_each_particle(F&& f);
+  void change_each_particle(F&& f) {
+    change_each_particle(rows_of_ids(), f);
+  }
+  template <class F>
+  void change_each_particle(const std::vector<std::int32_t>& rows, F&& f);
   /// What the stable time step depends on, from the particles as they are.
   void measure_extremes();
   /// Row of each id in the fields that are handed out, or -1 for ids that were removed.
@@ -269,8 +277,7 @@ class ParticleBody final : public Body<Dim> {
 
 template <int Dim, class R>
 template <class F>
-void ParticleBody<Dim, R>::change_each_particle(F&& f) {
-  const std::vector<std::int32_t> rows = rows_of_ids();
+void ParticleBody<Dim, R>::change_each_particle(const std::vector<std::int32_t>& rows, F&& f) {
   const auto row_of = [&](const Particle& p) { return static_cast<std::size_t>(rows[static_cast<std::size_t>(id(p))]); };
   // The particles are this body's own; a view of them is constant only for the outputs.
   for_each_particle([&](const Particle& p) { f(const_cast<R*>(p.fields), p.stride, row_of(p)); });

@@ -78,7 +78,7 @@ void ParticleBody<Dim, R>::call_function(Real dt, const Context& context) {
   const SlotLayout<Dim>& at = blocks_->layout();
   const auto history_size = static_cast<std::size_t>(call_.history_size);
   if (history_size > 0) {
-    change_each_particle([&](R* fields, int stride, std::size_t row) {
+    change_each_particle(call_.rows, [&](R* fields, int stride, std::size_t row) {
       for (std::size_t h = 0; h < history_size; ++h)
         fields[(at.history + static_cast<int>(h)) * stride] = static_cast<R>(call_.history[row * history_size + h]);
     });
@@ -118,7 +118,7 @@ void ParticleBody<Dim, R>::call_function(Real dt, const Context& context) {
 template <int Dim, class R>
 void ParticleBody<Dim, R>::store_stresses(const std::vector<Real>& tau) {
   const SlotLayout<Dim>& at = blocks_->layout();
-  change_each_particle([&](R* fields, int stride, std::size_t row) {
+  change_each_particle(call_.rows, [&](R* fields, int stride, std::size_t row) {
     const Real* const t = tau.data() + 9 * row;
     const std::array<Real, 6> components{t[0], t[4], t[8], 0.5 * (t[1] + t[3]), 0.5 * (t[5] + t[7]), 0.5 * (t[2] + t[6])};
     for (int s = 0; s < k_stress_size<Dim>; ++s) fields[(at.tau + s) * stride] = static_cast<R>(components[static_cast<std::size_t>(s)]);

@@ -118,7 +118,7 @@ void check_ring(const GridSpec& grid, const Input& input, const ReadContext& con
                     "would not be joined)",
                     ring.start_angle, ring.end_angle, angle));
   }
-  constexpr Real k_widest = 45;
+  constexpr Real k_widest = 45;  // degrees: between its chords a ring has lost a tenth of its area then
   if (angle / grid.cells[1] > k_widest) {
     fail_input(given, context,
                fmt::format("ring: {} degrees in {} cells make cells of {:.4g} degrees, allowed: {} at the most; give it more cells in y",

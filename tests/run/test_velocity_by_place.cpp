@@ -68,6 +68,7 @@ TEST(VelocityByPlace, a_body_that_it_holds_turns_rigidly) {
       const std::vector<Real> start = sim.solver().field(0, "position").values;
       sim.run();
       const Vec3 axis = dim == 3 ? Vec3{0.6, 0, 0.8} : Vec3{0, 0, 1};
+      // Along tangents of w dt a particle goes outwards by (w dt)^2/2 of its distance in each of 500 steps: 1.6e-4, and 3.2e-4 of the area.
       EXPECT_LT(stray(sim, start, axis, {0.1, 0, 0}, 0.4), 3e-4) << dim << order;
       EXPECT_GT(stray(sim, start, axis, {0.1, 0, 0}, 0), 0.15) << "it has turned";
       for (const Real J : sim.solver().field(0, "J").values) EXPECT_NEAR(J, 1, 1e-3);
@@ -110,7 +111,7 @@ TEST(VelocityByPlace, in_the_implicit_solver_a_turn_is_exact_and_makes_no_stress
             greatest = std::max(greatest, std::abs(x[d] - turned));
           }
         }
-        EXPECT_LT(greatest, 1e-6) << dim << body << mode;
+        EXPECT_LT(greatest, 1e-8) << dim << body << mode;
         for (const Real stress : sim.solver().field(0, "stress").values) EXPECT_NEAR(stress, 0, 1e-5 * 1e4) << dim << body << mode;
       }
     }
@@ -154,7 +155,7 @@ TEST(VelocityByPlace, factors_are_those_of_a_table_of_velocities) {
         "1]\n");
     for (std::size_t k = 0; k < table.size(); ++k) {
       EXPECT_NEAR(factors[k], table[k], 1e-14) << solver;
-      EXPECT_NEAR(places[k], table[k], 1e-6) << solver;  // the implicit solver integrates it by another rule
+      EXPECT_NEAR(places[k], table[k], 1e-12) << solver;  // what is linear in time both rules integrate exactly
     }
   }
 }
