@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace matpoint {
@@ -9,6 +10,24 @@ namespace {
 
 /// Where in a cell its region is asked for, so that a cell that the region cuts is found: a little inside of the corners, and between.
 constexpr Real k_probes[3] = {-0.999, 0, 0.999};
+
+/// Along the cell's own directions.
+template <int Dim>
+Real depth_in_cell(const Basis<Dim>& basis, const ElementPoint<Dim>& point) {
+  const Vec<Dim> x = basis.position(point);
+  Real depth = std::numeric_limits<Real>::infinity();
+  for (std::size_t d = 0; d < Dim; ++d) {
+    for (const Real end : {-1, 1}) {
+      ElementPoint<Dim> face = point;
+      face.xi[d] = end;
+      const Vec<Dim> y = basis.position(face);
+      Real squared = 0;
+      for (std::size_t e = 0; e < Dim; ++e) squared += (y[e] - x[e]) * (y[e] - x[e]);
+      depth = std::min(depth, std::sqrt(squared));
+    }
+  }
+  return depth;
+}
 
 }  // namespace
 
@@ -44,13 +63,17 @@ FemBody<Dim>::FemBody(const BodySpec& spec, const Basis<Dim>& basis)
           place_of(spec), fmt::join(middle, ", "));
     }
     cells_.push_back(cell);
+    Real volume = 0;
     for (const QuadraturePoint<Dim>& point : basis.quadrature(cell)) {
       places_.push_back(point.point);
       basis.evaluate(point.point, N.data(), gradients.data());
       N_.insert(N_.end(), N.begin(), N.end());
       nodes_.insert(nodes_.end(), basis.cell_nodes(cell), basis.cell_nodes(cell) + functions_);
       points_.add_point(basis.position(point.point), point.weight);
+      depths_.push_back(depth_in_cell(basis, point.point));
+      volume += point.weight;
     }
+    cell_length_ = std::max(cell_length_, std::pow(volume, Real{1} / Dim));
     for (Index k = 0; k < functions_; ++k) has_node_[static_cast<std::size_t>(basis.cell_nodes(cell)[k])] = true;
   }
   points_.start_with(spec);

@@ -19,6 +19,10 @@ class FemBody {
   const PointBody<Dim>& points() const { return points_; }
   const std::vector<Index>& cells() const { return cells_; }
   const ElementPoint<Dim>& place(std::size_t point) const { return places_[point]; }
+  /// How far a Gauss point is from the nearest face of its cell, undeformed [m].
+  Real depth(std::size_t point) const { return depths_[point]; }
+  /// Length of a cube of the largest cell's volume [m].
+  Real cell_length() const { return cell_length_; }
   /// Weight over mass of the body [1]: gravity acts on another density than inertia where a case says so.
   Real weight_ratio() const { return weight_ratio_; }
   /// C_c for particles that recede from the body [1].
@@ -58,6 +62,8 @@ class FemBody {
   PointBody<Dim> points_;
   std::vector<Index> cells_;
   std::vector<ElementPoint<Dim>> places_;
+  std::vector<Real> depths_;
+  Real cell_length_ = 0;
   std::vector<bool> has_node_;
   std::vector<Index> nodes_of_body_;  ///< Its nodes in the mesh, ascending.
   std::vector<Vec<Dim>> undeformed_;  ///< Where these were at the start [m].

@@ -184,6 +184,16 @@ bool is_inclined(const GridSpec& grid, const std::string& side) {
   return grid.corners[first][across] != grid.corners[(first + 1) % 4][across];
 }
 
+bool has_body_of(const Case& problem, BodyMethod method) {
+  return std::any_of(problem.bodies.begin(), problem.bodies.end(), [&](const BodySpec& body) { return body.method == method; });
+}
+
+/// Where they do, the background moves with the elements.
+bool shares_nodes_with_elements(const Case& problem) {
+  return problem.implicit.contact == ImplicitContact::single_field && has_body_of(problem, BodyMethod::particles) &&
+         has_body_of(problem, BodyMethod::elements);
+}
+
 void check_implicit_boundaries(const Case& problem) {
   const bool is_element = problem.implicit.basis == BasisKind::element;
   const char* const map = problem.grid.ring ? "ring" : "corners";
@@ -229,15 +239,14 @@ void check_implicit_boundaries(const Case& problem) {
       if (is_inclined(problem.grid, boundary.side)) {
         fail_case(place, where, fmt::format("contact is for sides along an axis, but grid.{} inclines side = \"{}\"", map, boundary.side));
       }
-      for (const BodySpec& body : problem.bodies) {
-        if (body.method == BodyMethod::particles) continue;
+      if (shares_nodes_with_elements(problem)) {
         fail_case(place, where,
-                  fmt::format("contact of particles with a side is for bodies of particles, and body \"{}\" has method = \"elements\"; use "
-                              "receding_correction",
-                              body.name));
+                  "where particles and bodies of elements share their nodes, sides do not let go of them; give the solver contact = "
+                  "\"pairs\", or the side receding_correction");
       }
     }
-    if (boundary.touches_by_particles() && is_element && problem.implicit.element_order == 2) {
+    if (boundary.touches_by_particles() && is_element && problem.implicit.element_order == 2 &&
+        has_body_of(problem, BodyMethod::particles)) {
       fail_case(
           place, where,
           "contact is for basis = \"bspline\" or element_order = 1: at a free surface particles do not hold elements with 9 (27) nodes, "
@@ -297,11 +306,9 @@ void check_for_implicit(const Case& problem, const Input& input) {
     const Input& at = at_key(section_of(input, "solver"), "contact");
     if (problem.bodies.size() < 2) fail_case(at, "solver", "contact = \"pairs\" is for two or more bodies, and the case has one");
     for (const BodySpec& body : problem.bodies) {
-      if (body.method == BodyMethod::particles) continue;
-      fail_case(at, "solver",
-                fmt::format("contact = \"pairs\" is between bodies of particles, and body \"{}\" has method = \"elements\"; let it have "
-                            "particles, or leave contact out: then particles and elements stick to each other",
-                            body.name));
+      if (body.receding_correction == 0) continue;
+      fail_case(Input::table().with_place(body.place), fmt::format("body {}", body.name),
+                "receding_correction is for particles that share the nodes of a body of elements; with contact = \"pairs\" leave it out");
     }
   }
   const Input& output = section_of(input, "output");

@@ -46,7 +46,7 @@ PairContact<Dim>::PairContact(const Case& problem, std::vector<const Body<Dim>*>
         Real last = 0;
         for (const Real volume : points_[pair.bodies[s]].volumes) {
           const Real half = 0.5 * std::pow(volume, Real{1} / Dim);
-          const Real rows = points_[pair.bodies[1 - s]].spacing;
+          const SurfaceRows rows = SurfaceRows::of_particles(points_[pair.bodies[1 - s]].spacing);
           pair.at_touch[s].push_back(volume == last ? pair.at_touch[s].back() : kernel.beyond_surface(half, rows));
           last = volume;
         }

@@ -8,6 +8,11 @@ namespace matpoint {
 
 constexpr Real k_exponent = 4;
 
+SurfaceRows SurfaceRows::of_elements(Real cell) {
+  const Real depth = 0.5 * (1 - std::sqrt(0.6));
+  return {cell, {{depth, 5.0 / 18}, {0.5, 8.0 / 18}, {1 - depth, 5.0 / 18}}};
+}
+
 template <int Dim>
 PairKernel<Dim>::PairKernel(Real range)
     : range_(range),
@@ -45,9 +50,11 @@ typename PairKernel<Dim>::Secant PairKernel<Dim>::tangent(Real q) const {
 }
 
 template <int Dim>
-Real PairKernel<Dim>::beyond_surface(Real z, Real spacing) const {
+Real PairKernel<Dim>::beyond_surface(Real z, const SurfaceRows& rows) const {
   Real sum = 0;
-  for (Real row = z + 0.5 * spacing; row < range_; row += spacing) sum += spacing * over_plane(row);
+  for (Real start = z; start < range_; start += rows.period) {
+    for (const auto& [depth, share] : rows.rows) sum += share * rows.period * over_plane(start + depth * rows.period);
+  }
   return sum;
 }
 

@@ -167,9 +167,7 @@ void Assembly<Dim>::start() {
   patches_.evaluate();
   measure_emptiness(space_, faces_);
   // On a background that moves the cells change their shape from step to step.
-  const bool is_moved =
-      std::any_of(space_.sources().begin(), space_.sources().end(), [](const auto& source) { return source.fem != nullptr; });
-  if (is_new_space || is_moved) make_soft_stiffness();
+  if (is_new_space || space_.moves_basis()) make_soft_stiffness();
   space_pattern_ = space_.pattern();
 }
 
@@ -442,8 +440,8 @@ std::string Assembly<Dim>::describe(const Inversion& inversion) const {
   const auto row = static_cast<std::size_t>(inversion.row);
   const PointBody<Dim>& body = *space_.sources()[inversion.source].points;
   return fmt::format("det F of {} {} of body \"{}\" at ({:.6g}) would become {:.4g} times what it is",
-                     space_.sources()[inversion.source].fem != nullptr ? "Gauss point" : "particle", body.id[row], body.name(),
-                     fmt::join(body.position[row], ", "), inversion.J);
+                     space_.sources()[inversion.source].point_name(), body.id[row], body.name(), fmt::join(body.position[row], ", "),
+                     inversion.J);
 }
 
 template class Assembly<2>;

@@ -65,12 +65,15 @@ BodyContact<Dim>::BodyContact(const Case& problem, const StepSpace<Dim>& space) 
       const PairKernel<Dim> kernel(k_pair_range * std::max(spacing[a], spacing[b]));
       Pair pair{{a, b}, kernel, problem.implicit.contact_stiffness * std::min(modulus[a], modulus[b]), {}, {}, {}};
       for (std::size_t side : {0, 1}) {
-        Real last = 0;  // most bodies have particles of one volume
-        for (const Real volume : space.sources()[pair.sources[side]].points->volume0) {
-          const Real half = 0.5 * std::pow(volume, Real{1} / Dim);
+        const PointSource<Dim>& source = space.sources()[pair.sources[side]];
+        const PointSource<Dim>& other = space.sources()[pair.sources[1 - side]];
+        const SurfaceRows rows = other.fem != nullptr ? SurfaceRows::of_elements(other.fem->cell_length())
+                                                      : SurfaceRows::of_particles(spacing[pair.sources[1 - side]]);
+        Real last = -1;  // most bodies have particles of one volume
+        for (std::size_t p = 0; p < source.points->volume0.size(); ++p) {
           std::vector<Real>& all = pair.at_touch[side];
-          all.push_back(volume == last ? all.back() : kernel.beyond_surface(half, spacing[pair.sources[1 - side]]));
-          last = volume;
+          all.push_back(source.depth(p) == last ? all.back() : kernel.beyond_surface(source.depth(p), rows));
+          last = source.depth(p);
         }
       }
       pairs_.push_back(std::move(pair));
@@ -116,9 +119,10 @@ std::string BodyContact<Dim>::find_overlap() const {
       for (const Near& near : meeting.near) is_far = is_far || (near.q0 > 0 && distance_squared<Dim>(near.r0, near.r1) > range * range);
       if (!is_far && meeting.g1 <= std::max(k_deep, 1.01 * meeting.g0)) continue;
       const auto name = [&](std::size_t side) { return space_.sources()[pair.sources[side]].points->name(); };
-      return fmt::format("particle {} of body \"{}\" at ({:.6g}) would run into body \"{}\", {}", id(patch.points[i]), name(patch.side),
+      return fmt::format("{} {} of body \"{}\" at ({:.6g}) would run into body \"{}\", {}",
+                         space_.sources()[pair.sources[patch.side]].point_name(), id(patch.points[i]), name(patch.side),
                          fmt::join(x0_[static_cast<std::size_t>(patch.points[i])], ", "), name(1 - patch.side),
-                         is_far ? "past more than two particles of it" : "half a particle deep");
+                         is_far ? "past more than two points of it" : "half a point's spacing deep");
     }
   }
   return {};
@@ -381,6 +385,16 @@ Real BodyContact<Dim>::work_at_start() const {
     }
   }
   return sum;
+}
+
+template <int Dim>
+bool BodyContact<Dim>::has_pressed() const {
+  for (const ContactPatch<Dim>& patch : patches_) {
+    for (std::size_t point = 0; point < patch.points.size(); ++point) {
+      if (meet(patch, point).presses()) return true;
+    }
+  }
+  return false;
 }
 
 template <int Dim>

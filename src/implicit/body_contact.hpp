@@ -79,6 +79,8 @@ class BodyContact {
   Real work_at_start() const;
   /// Ends the step. Returns what friction takes [J].
   Real commit(bool is_dynamic);
+  /// Whether anything pressed in the step, or does at its end. After move().
+  bool has_pressed() const;
   /// Stored now: in the overlap, and in the springs of particles that stick [J].
   Real energy() const { return energy_; }
   /// Where the particles are now.

@@ -40,8 +40,11 @@ bool ImplicitSolver<Dim>::loses_particles(const std::vector<Real>& u) const {
 
 template <int Dim>
 typename ImplicitSolver<Dim>::StepStart ImplicitSolver<Dim>::start_of_step() const {
-  StepStart start{contacts_, boundaries_, pairs_, soft_work_, gravity_force_, body_force_force_, reaction_, {}};
-  for (const PointSource<Dim>& source : sources_) start.accelerations.push_back(source.points->acceleration);
+  StepStart start{contacts_, boundaries_, pairs_, soft_work_, traction_work_, gravity_force_, body_force_force_, reaction_, {}, {}};
+  for (const PointSource<Dim>& source : sources_) {
+    start.accelerations.push_back(source.points->acceleration);
+    start.nodal_accelerations.push_back(source.fem != nullptr ? source.fem->acceleration : std::vector<Vec<Dim>>{});
+  }
   return start;
 }
 
@@ -53,10 +56,14 @@ void ImplicitSolver<Dim>::restore(const StepStart& start) {
   boundaries_ = start.boundaries;
   pairs_ = start.pairs;
   soft_work_ = start.soft_work;
+  traction_work_ = start.traction_work;
   gravity_force_ = start.gravity_force;
   body_force_force_ = start.body_force_force;
   reaction_ = start.reaction;
-  for (std::size_t s = 0; s < sources_.size(); ++s) sources_[s].points->acceleration = start.accelerations[s];
+  for (std::size_t s = 0; s < sources_.size(); ++s) {
+    sources_[s].points->acceleration = start.accelerations[s];
+    if (sources_[s].fem != nullptr) sources_[s].fem->acceleration = start.nodal_accelerations[s];
+  }
 }
 
 /// (M + (s dt)^2 K) a = f, with f of the places, stresses and loads at the start: M alone is nearly singular where cuts are thin, and what
@@ -93,14 +100,19 @@ void ImplicitSolver<Dim>::balance(Real t, Real dt, const std::vector<Vec<Dim>>& 
   Vec3 total{};
   gravity_force_ = body_force_force_ = reaction_ = {};
   space_.for_each_point([&](std::size_t source, std::size_t p, std::size_t k) {
-    PointBody<Dim>& body = *sources_[source].points;  // what touches by contact has no elements
+    PointBody<Dim>& body = *sources_[source].points;
+    const Real ratio = sources_[source].fem != nullptr ? sources_[source].fem->weight_ratio() : 1;
     for (std::size_t d = 0; d < Dim; ++d) {
       body.acceleration[p][d] = factor * du[k][d];
       total[d] += body.mass[p] * body.acceleration[p][d];
-      gravity_force_[d] += body.mass[p] * load.gravity[d];
-      body_force_force_[d] += body.mass[p] * (load.b(source, 1, p, d) - load.gravity[d]);
+      gravity_force_[d] += body.mass[p] * ratio * load.gravity[d];
+      body_force_force_[d] += body.mass[p] * (load.b(source, ratio, p, d) - ratio * load.gravity[d]);
     }
   });
+  std::vector<Real> nodal = way;
+  for (Real& value : nodal) value *= factor;
+  take_nodal_accelerations(nodal);
+  start_tractions(load);
   // The reactions that go with them, to first order as the accelerations themselves: by a difference, exact to ten digits.
   const Real small = greatest > 0 ? 1e-5 * geometry_.cell_size[0] / greatest : 0;
   std::vector<Real> up = way, down = way, change_up, change_down;

@@ -64,9 +64,9 @@ Vec<Dim> face_middle(const ElementFace& face, const Basis<Dim>& basis) {
   return basis.position(point);
 }
 
-/// Adds int N t dA over a face, by Gauss's rule with three points per direction.
+/// Adds int N t dA over a face, by node, by Gauss's rule with three points per direction.
 template <int Dim>
-void add_traction(const std::vector<Real>& traction, const ElementFace& face, const Basis<Dim>& basis, std::vector<Vec<Dim>>& forces) {
+void add_traction(const std::vector<Real>& traction, const ElementFace& face, const Basis<Dim>& basis, Vec<Dim>* forces) {
   const Real places[3] = {-std::sqrt(0.6), 0, std::sqrt(0.6)};
   const Real weights[3] = {5.0 / 9, 8.0 / 9, 5.0 / 9};
   std::vector<Real> N(static_cast<std::size_t>(basis.functions_per_cell()));
@@ -103,7 +103,7 @@ void add_traction(const std::vector<Real>& traction, const ElementFace& face, co
     weight *= std::sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
     basis.evaluate(point, N.data(), gradients.data());
     for (std::size_t i = 0; i < N.size(); ++i) {
-      Vec<Dim>& force = forces[static_cast<std::size_t>(basis.cell_nodes(face.element)[i])];
+      Vec<Dim>& force = forces[basis.cell_nodes(face.element)[i]];
       for (std::size_t d = 0; d < Dim; ++d) force[d] += weight * N[i] * traction[d];
     }
   }
@@ -133,7 +133,7 @@ ImplicitSolver<Dim>::ImplicitSolver(const Case& problem)
   make_tractions();
   for (const auto& [first, second] : contact_.pairs()) pairs_.push_back({{body_name(first) + "|" + body_name(second), {}, {}, 0}, {}, {}});
   for (const std::string& name : boundary_names(problem.boundaries)) boundaries_.push_back({{name, {}, {}, 0}, {}, {}});
-  if (!fem_bodies_.empty()) reset_ = std::make_unique<BackgroundReset<Dim>>(*basis_, conditions_, space_);
+  if (space_.moves_basis()) reset_ = std::make_unique<BackgroundReset<Dim>>(*basis_, conditions_, space_);
   escaped_rows_.resize(sources_.size());
   space_.update(0);
   measure_contact();
@@ -162,9 +162,11 @@ void ImplicitSolver<Dim>::make_tractions() {
   for (std::size_t b = 0; b < case_.boundaries.size(); ++b) {
     const BoundarySpec& spec = case_.boundaries[b];
     if (spec.kind != BoundaryKind::traction) continue;
-    if (tractions_.empty()) tractions_.assign(static_cast<std::size_t>(basis_->node_count()), Vec<Dim>{});
+    if (tractions_.empty()) tractions_.assign(static_cast<std::size_t>(space_.slot_count()), Vec<Dim>{});
     int faces = 0;
-    for (const FemBody<Dim>& body : fem_bodies_) {
+    for (std::size_t s = 0; s < sources_.size(); ++s) {
+      if (sources_[s].fem == nullptr) continue;
+      const FemBody<Dim>& body = *sources_[s].fem;
       for (const ElementFace& face : body.outer_faces(*basis_, space_.is_fem_cell())) {
         if (!is_loaded(spec, face, *basis_)) continue;
         ++faces;
@@ -175,7 +177,7 @@ void ImplicitSolver<Dim>::make_tractions() {
               spec.place.empty() ? "" : spec.place + ": ", b + 1, body.points().name(), fmt::join(face_middle(face, *basis_), ", "),
               first->second + 1);
         }
-        add_traction<Dim>(spec.traction, face, *basis_, tractions_);
+        add_traction<Dim>(spec.traction, face, *basis_, tractions_.data() + space_.slot(space_.field_of(s), 0));
       }
     }
     if (faces > 0) continue;
@@ -322,7 +324,9 @@ std::optional<std::string> ImplicitSolver<Dim>::try_step(Real t, Real dt) {
   const std::vector<Vec<Dim>> displacements = conditions_.displacements(t, dt);
   sides_.start_step(displacements);
   contacts_.start(space_);
-  const bool is_balanced = (!contacts_.is_empty() || contact_.is_near() || sides_.is_near()) && spec_.mode == ImplicitMode::dynamic;
+  // Nodes of elements keep accelerations of their own from step to step, which what does not touch must not lose.
+  const bool is_balanced = (!contacts_.is_empty() || ((contact_.is_near() || sides_.is_near()) && (!particles_.empty() || has_pressed_))) &&
+                           spec_.mode == ImplicitMode::dynamic;
   const std::optional<StepStart> before = is_balanced ? std::optional<StepStart>(start_of_step()) : std::nullopt;
   std::vector<Real> u;
   std::optional<std::string> failure = settle(t, dt, load, displacements, is_balanced, u);
@@ -355,10 +359,9 @@ std::optional<std::string> ImplicitSolver<Dim>::solve(Real t, const StepLoad<Dim
       const auto s = static_cast<std::size_t>(d);
       const int condition = conditions_.condition(space_.nodes()[n], d);
       if (condition >= 0 && space_.unknown(static_cast<Index>(n), d) < 0) {
-        const Vec<Dim> displacement =
-            conditions_.is_by_place(condition)
-                ? conditions_.displacement_by_place(condition, space_.basis().node_position(space_.nodes()[n]), t, load.dt)
-                : displacements[static_cast<std::size_t>(condition)];
+        const Vec<Dim> displacement = conditions_.is_by_place(condition)
+                                          ? conditions_.displacement_by_place(condition, space_.place(n), t, load.dt)
+                                          : displacements[static_cast<std::size_t>(condition)];
         prescribed[n * Dim + s] = displacement[s];
       }
     }
@@ -393,8 +396,8 @@ StepLoad<Dim> ImplicitSolver<Dim>::make_load(Real t_end, Real dt) {
   }
   if (!tractions_.empty()) {
     const Real factor = case_.load_factor(t_end);
-    for (const Index node : space_.nodes()) {
-      for (const Real force : tractions_[static_cast<std::size_t>(node)]) load.nodal_force.push_back(factor * force);
+    for (const Index slot : space_.slots()) {
+      for (const Real force : tractions_[static_cast<std::size_t>(slot)]) load.nodal_force.push_back(factor * force);
     }
   }
   return load;

@@ -110,6 +110,8 @@ class ImplicitSolver final : public Solver {
   /// The background where it is at the start of the step, the particles in it, the unknowns.
   void update_space(Real t);
   void set_initial_acceleration(Real t, Real dt);
+  void take_nodal_accelerations(const std::vector<Real>& nodal);
+  void start_tractions(const StepLoad<Dim>& load);
   void balance_initial_stress();
   bool is_small_correction(const std::vector<Real>& A, const StepLoad<Dim>& load) const;
   void take_stress(const std::vector<Real>& A);
@@ -133,6 +135,7 @@ class ImplicitSolver final : public Solver {
   Vec3 gravity_on(std::size_t body) const;
   void check_support() const;
   void find_escapes();
+  void check_sides(std::size_t source) const;
   /// What contact stores after particles were moved or taken away other than by steps.
   void measure_contact();
 
@@ -151,7 +154,7 @@ class ImplicitSolver final : public Solver {
   Assembly<Dim> assembly_;
   Profile profile_;
   Newton<Dim> newton_;
-  std::unique_ptr<BackgroundReset<Dim>> reset_;  ///< Null without bodies of elements.
+  std::unique_ptr<BackgroundReset<Dim>> reset_;  ///< Where the basis moves.
   std::vector<Vec<Dim>> tractions_;              ///< Full nodal forces by node of the background [N]; empty without.
   Vec3 gravity_;                                 ///< Now [m/s^2].
   Real time_ = 0;                                ///< At the end of the last step [s].
@@ -177,13 +180,16 @@ class ImplicitSolver final : public Solver {
     std::vector<HeldBoundary> boundaries;
     std::vector<HeldBoundary> pairs;
     NodalWork<Dim> soft_work;
+    NodalWork<Dim> traction_work;
     Vec3 gravity_force;
     Vec3 body_force_force;
     Vec3 reaction;
-    std::vector<std::vector<Vec<Dim>>> accelerations;  ///< By source and particle [m/s^2].
+    std::vector<std::vector<Vec<Dim>>> accelerations;        ///< By source and particle [m/s^2].
+    std::vector<std::vector<Vec<Dim>>> nodal_accelerations;  ///< By source and node of a body of elements [m/s^2].
   };
   std::vector<HeldBoundary> boundaries_;  ///< By condition, also those that hold nothing.
   std::vector<HeldBoundary> pairs_;       ///< What the second body of a pair in contact does to the first.
+  bool has_pressed_ = false;              ///< Contact, in the last step.
   Real work_at_start_ = 0;                ///< Half the work of all reactions at the start of the step, in its displacements [J].
   NodalWork<Dim> traction_work_;
   NodalWork<Dim> soft_work_;

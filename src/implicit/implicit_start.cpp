@@ -8,6 +8,27 @@ namespace matpoint {
 
 /// Accelerations at the start from the forces there: M a = f. The mass matrix of particles as quadrature points may be singular, where a
 /// node sees few of them; a step that is short beside the first one adds just enough stiffness.
+/// Those of bodies of elements, by active node and component [m/s^2].
+template <int Dim>
+void ImplicitSolver<Dim>::take_nodal_accelerations(const std::vector<Real>& nodal) {
+  for (std::size_t s = 0; s < sources_.size(); ++s) {
+    if (sources_[s].fem == nullptr) continue;
+    for (std::size_t n = 0; n < space_.nodes().size(); ++n) {
+      if (!space_.is_of(s, n) || !sources_[s].fem->has_node(space_.nodes()[n])) continue;
+      Vec<Dim>& a = sources_[s].fem->acceleration[static_cast<std::size_t>(space_.nodes()[n])];
+      std::copy_n(nodal.begin() + static_cast<std::ptrdiff_t>(n * Dim), Dim, a.begin());
+    }
+  }
+}
+
+/// What loads on faces do at the start of a step.
+template <int Dim>
+void ImplicitSolver<Dim>::start_tractions(const StepLoad<Dim>& load) {
+  if (load.nodal_force.empty()) return;
+  for (std::size_t k = 0; k < load.nodal_force.size(); ++k) body_force_force_[k % Dim] += load.nodal_force[k];
+  traction_work_.start_with(space_, load.nodal_force);
+}
+
 template <int Dim>
 void ImplicitSolver<Dim>::set_initial_acceleration(Real t, Real dt) {
   constexpr Real k_short = 1e-3;
@@ -44,15 +65,8 @@ void ImplicitSolver<Dim>::set_initial_acceleration(Real t, Real dt) {
       body_force_force_[d] += body.mass[p] * (load.b(source, ratio, p, d) - ratio * load.gravity[d]);
     }
   });
-  for (std::size_t n = 0; n < space_.nodes().size(); ++n) {
-    const auto node = static_cast<std::size_t>(space_.nodes()[n]);
-    for (FemBody<Dim>& fem : fem_bodies_) {
-      if (!fem.has_node(space_.nodes()[n])) continue;
-      for (std::size_t d = 0; d < Dim; ++d) fem.acceleration[node][d] = nodal[n * Dim + d];
-    }
-    for (std::size_t d = 0; d < Dim && !load.nodal_force.empty(); ++d) body_force_force_[d] += load.nodal_force[n * Dim + d];
-  }
-  if (!load.nodal_force.empty()) traction_work_.advance(space_, load.nodal_force, zero);
+  take_nodal_accelerations(nodal);
+  start_tractions(load);
   for (Real& value : nodal) value /= factor;
   assembly_.residual(nodal, load, residual);
   hold(load, zero, residual, zero, 0);
@@ -130,6 +144,10 @@ void ImplicitSolver<Dim>::take_stress(const std::vector<Real>& A) {
 
 template void ImplicitSolver<2>::set_initial_acceleration(Real, Real);
 template void ImplicitSolver<3>::set_initial_acceleration(Real, Real);
+template void ImplicitSolver<2>::take_nodal_accelerations(const std::vector<Real>&);
+template void ImplicitSolver<3>::take_nodal_accelerations(const std::vector<Real>&);
+template void ImplicitSolver<2>::start_tractions(const StepLoad<2>&);
+template void ImplicitSolver<3>::start_tractions(const StepLoad<3>&);
 template void ImplicitSolver<2>::balance_initial_stress();
 template void ImplicitSolver<3>::balance_initial_stress();
 template bool ImplicitSolver<2>::is_small_correction(const std::vector<Real>&, const StepLoad<2>&) const;

@@ -42,6 +42,7 @@ void ImplicitSolver<Dim>::commit(Real t, Real dt, const StepLoad<Dim>& load, con
   hold_pairs(u, dt);
   book(dt, load, u, du, reaction);
   book_forces_at_start(dt, load, u, du);
+  has_pressed_ = contact_.has_pressed() || sides_.has_pressed(u);
   ledger_.contact_dissipation += contact_.commit(spec_.mode == ImplicitMode::dynamic);
   sides_.commit(u, spec_.mode == ImplicitMode::dynamic);
   ledger_.contact_energy = contact_.energy() + sides_.energy();
@@ -105,9 +106,11 @@ void ImplicitSolver<Dim>::commit_law(Real dt, const std::vector<Real>& A) {
 /// Bodies of elements keep their motion at the nodes; their Gauss points follow.
 template <int Dim>
 void ImplicitSolver<Dim>::commit_nodes(Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u) {
-  for (FemBody<Dim>& fem : fem_bodies_) {
+  for (std::size_t s = 0; s < sources_.size(); ++s) {
+    if (sources_[s].fem == nullptr) continue;
+    FemBody<Dim>& fem = *sources_[s].fem;
     for (std::size_t n = 0; n < space_.nodes().size(); ++n) {
-      if (!fem.has_node(space_.nodes()[n])) continue;
+      if (!space_.is_of(s, n) || !fem.has_node(space_.nodes()[n])) continue;
       const auto node = static_cast<std::size_t>(space_.nodes()[n]);
       for (std::size_t d = 0; d < Dim; ++d) {
         const Real du = u[n * Dim + d];
@@ -280,12 +283,37 @@ void ImplicitSolver<Dim>::change_gravity(const Vec3& gravity, const std::vector<
   gravity_ = gravity;
 }
 
+/// Nodes of a side hold the bodies whose nodes they are. A body of elements that comes from elsewhere has none there, and would pass.
+template <int Dim>
+void ImplicitSolver<Dim>::check_sides(std::size_t source) const {
+  if (space_.moves_basis() || case_.grid.is_mapped()) return;
+  const PointBody<Dim>& body = *sources_[source].points;
+  for (const BoundarySpec& boundary : case_.boundaries) {
+    if (boundary.region || boundary.kind == BoundaryKind::traction || boundary.touches_by_particles()) continue;
+    const BoundarySide side = side_of(boundary.side);
+    const auto axis = static_cast<std::size_t>(side.axis);
+    const Real place = side.is_upper ? case_.grid.upper[axis] : case_.grid.lower[axis];
+    for (std::size_t p = 0; p < static_cast<std::size_t>(body.count()); ++p) {
+      const Real beyond = (side.is_upper ? 1 : -1) * (body.position[p][axis] - place);
+      if (beyond <= sources_[source].depth(p)) continue;
+      throw SolverError(
+          "t = {:.8g} s: body \"{}\" of elements has passed the {} side at ({:.6g}), which holds only nodes that lie on it at the start; "
+          "give "
+          "this boundary contact = \"no_tension\"",
+          time_, body.name(), boundary.side, fmt::join(body.position[p], ", "));
+    }
+  }
+}
+
 template <int Dim>
 void ImplicitSolver<Dim>::find_escapes() {
   escapes_.clear();
   for (std::size_t s = 0; s < sources_.size(); ++s) {
     escaped_rows_[s].clear();
-    if (sources_[s].fem != nullptr) continue;
+    if (sources_[s].fem != nullptr) {
+      check_sides(s);
+      continue;
+    }
     const PointBody<Dim>& body = *sources_[s].points;
     for (std::size_t p = 0; p < static_cast<std::size_t>(body.count()); ++p) {
       // On a background that moves the search is dear; a particle that jumped over a cell is found by the next step.
@@ -362,6 +390,7 @@ void ImplicitSolver<Dim>::declare_state(State& state) {
     state.add("gravity", gravity_);
   }
   state.add("has_acceleration", has_acceleration_);
+  state.add("has_pressed", has_pressed_);
   state.add("acceleration_gravity", acceleration_gravity_);
   state.add("gravity_force", gravity_force_);
   state.add("body_force_force", body_force_force_);
@@ -473,7 +502,7 @@ std::vector<std::string> ImplicitSolver<Dim>::warnings() const {
   for (std::size_t c = 0, next = 0; c < space_.cells().size(); c = next) {
     ++all;
     for (next = c + 1; next < space_.cells().size() && space_.is_again(next);) ++next;
-    if (space_.is_fem_cell()[static_cast<std::size_t>(space_.cells()[c])]) continue;
+    if (space_.is_fem(c)) continue;
     if (space_.soft_factor(c) > 0 && (spec_.soft_stiffness[0] > 0 || spec_.soft_stiffness[1] > 0)) continue;  // at the body's surface
     const Index count = space_.cell_end(next - 1) - space_.cell_begin(c);
     if (count >= enough) continue;
@@ -485,6 +514,13 @@ std::vector<std::string> ImplicitSolver<Dim>::warnings() const {
     found.push_back(
         "bodies of particles share one field of displacements in the implicit solver: where they meet, they stick to each other; for "
         "contact between them take solver.contact = \"pairs\"");
+  }
+  const bool may_recede =
+      std::any_of(fem_bodies_.begin(), fem_bodies_.end(), [](const FemBody<Dim>& fem) { return fem.receding_correction() > 0; });
+  if (spec_.mode == ImplicitMode::dynamic && space_.moves_basis() && !may_recede) {
+    found.push_back(
+        "particles share the nodes of the bodies of elements: where they meet, they stick to each other; for contact between them take "
+        "solver.contact = \"pairs\" with element_order = 1");
   }
   if (few == 0) return found;
   found.push_back(fmt::format(

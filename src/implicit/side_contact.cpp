@@ -122,7 +122,7 @@ typename SideContact<Dim>::Touch SideContact<Dim>::touch(const Side& side, std::
   const Real spacing = std::pow(body.volume0[p], Real{1} / Dim);
   Touch touch;
   const auto laid = side.laid[source].find(body.id[p]);
-  touch.depth = laid != side.laid[source].end() ? laid->second : 0.5 * spacing;
+  touch.depth = laid != side.laid[source].end() ? laid->second : space_.sources()[source].depth(p);
   touch.g0 = touch.depth - side.inward * (body.position[p][side.axis] - side.place);
   touch.g1 = touch.g0 - side.inward * (du[side.axis] - face[side.axis]);
   // Without inertia a body that lies on a side has nothing else to hold it in the first iteration.
@@ -256,12 +256,20 @@ std::string SideContact<Dim>::find_overlap(const std::vector<Real>& u) const {
   std::string found;
   for_each_touch(u, false, [&](std::size_t s, std::size_t cell, Index k, const Touch& one, const Vec<Dim>&) {
     if (!found.empty() || one.g1 < k_through * one.depth) return;
-    const PointBody<Dim>& body = *space_.sources()[space_.source_of(cell)].points;
+    const PointSource<Dim>& source = space_.sources()[space_.source_of(cell)];
+    const PointBody<Dim>& body = *source.points;
     const auto p = static_cast<std::size_t>(space_.particles()[static_cast<std::size_t>(k)]);
-    found = fmt::format("particle {} of body \"{}\" at ({:.6g}) would come through the {} side across {}", body.id[p], body.name(),
-                        fmt::join(body.position[p], ", "), sides_[s].inward > 0 ? "lower" : "upper", "xyz"[sides_[s].axis]);
+    found = fmt::format("{} {} of body \"{}\" at ({:.6g}) would come through the {} side across {}", source.point_name(), body.id[p],
+                        body.name(), fmt::join(body.position[p], ", "), sides_[s].inward > 0 ? "lower" : "upper", "xyz"[sides_[s].axis]);
   });
   return found;
+}
+
+template <int Dim>
+bool SideContact<Dim>::has_pressed(const std::vector<Real>& u) const {
+  bool has_pressed = false;
+  for_each_touch(u, true, [&](std::size_t, std::size_t, Index, const Touch&, const Vec<Dim>&) { has_pressed = true; });
+  return has_pressed;
 }
 
 template <int Dim>

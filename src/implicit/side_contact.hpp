@@ -63,6 +63,8 @@ class SideContact {
     bool holds_along;  ///< Also across the axis.
   };
   std::vector<Support> supports() const;
+  /// Whether anything pressed in the step, or does at its end.
+  bool has_pressed(const std::vector<Real>& u) const;
   /// Ends the step.
   void commit(const std::vector<Real>& u, bool is_dynamic);
   /// After displacements.

@@ -1,5 +1,6 @@
 #include "implicit/step_space.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -132,6 +133,9 @@ StepSpace<Dim>::StepSpace(const Basis<Dim>& basis, const NodeConditions<Dim>& co
       soft_stiffness_(std::move(soft_stiffness)),
       has_own_fields_(has_own_fields),
       functions_(basis.functions_per_cell()) {
+  const auto is_fem_body = [](const PointSource<Dim>& source) { return source.fem != nullptr; };
+  moves_basis_ = !has_own_fields_ && std::any_of(sources_.begin(), sources_.end(), is_fem_body) &&
+                 !std::all_of(sources_.begin(), sources_.end(), is_fem_body);
   mark_fem_cells();
   find_receding_faces();
   points_.resize(sources_.size());
@@ -191,10 +195,21 @@ void StepSpace<Dim>::update(Real t) {
 template <int Dim>
 std::optional<ElementPoint<Dim>> StepSpace<Dim>::find(std::size_t source, std::size_t row) const {
   const Vec<Dim>& x = sources_[source].points->position[row];
-  // A background that moves is searched from the last place.
-  const bool is_moved = std::any_of(sources_.begin(), sources_.end(), [](const auto& one) { return one.fem != nullptr; });
-  if (!is_moved || !has_places_) return basis_.locate(x);
+  // One that moves is searched from the last place.
+  if (!moves_basis_ || !has_places_) return basis_.locate(x);
   return basis_.locate_from(x, points_[source][row].element, is_fem_cell_);
+}
+
+template <int Dim>
+Vec<Dim> StepSpace<Dim>::place(std::size_t active_node) const {
+  const Index node = nodes_[active_node];
+  Vec<Dim> x = basis_.node_position(node);
+  for (std::size_t s = 0; s < sources_.size() && !moves_basis_; ++s) {
+    if (sources_[s].fem == nullptr || !is_of(s, active_node) || !sources_[s].fem->has_node(node)) continue;
+    for (std::size_t d = 0; d < Dim; ++d) x[d] += sources_[s].fem->displacement[static_cast<std::size_t>(node)][d];
+    break;
+  }
+  return x;
 }
 
 template <int Dim>
@@ -230,7 +245,7 @@ void StepSpace<Dim>::locate() {
         const auto found = find(s, p);
         if (!found) throw SolverError("particle {} of body \"{}\" is outside of the grid", body.id[p], body.name());
         places[p] = *found;
-        if (is_fem_cell_[static_cast<std::size_t>(found->element)]) {
+        if (!has_own_fields_ && is_fem_cell_[static_cast<std::size_t>(found->element)]) {
           throw InputError("body \"{}\": particle {} at ({:.6g}) is inside of a body of elements; move one of them", body.name(),
                            body.id[p], fmt::join(body.position[p], ", "));
         }
@@ -333,11 +348,22 @@ void StepSpace<Dim>::set_soft_factors() {
     for (int i = 0; i < functions_; ++i) {
       const Index node = basis_.cell_nodes(cell)[i];
       if (!is_outer[static_cast<std::size_t>(slot(field_of(cell_source_[c]), node))] && !conditions_.is_free_boundary(node) &&
-          !is_fem_node(node))
+          (has_own_fields_ || !is_fem_node(node)))
         ++inner;
     }
-    if (is_fem_cell_[static_cast<std::size_t>(cell)]) inner = functions_;
+    if (is_fem(c)) inner = functions_;
     soft_factors_.push_back(inner == functions_ ? 0 : 9 * inner < 5 * functions_ ? soft_stiffness_[0] : soft_stiffness_[1]);
+  }
+}
+
+/// Gradients by the places at the start of the step from those by the undeformed ones.
+template <int Dim>
+void StepSpace<Dim>::pull_forward(const Real* F, Real* gradients) const {
+  using Matrix = Eigen::Matrix<Real, Dim, Dim, Eigen::RowMajor>;
+  const Matrix back = Eigen::Map<const Matrix>(F).inverse().transpose();
+  for (int node = 0; node < functions_; ++node) {
+    Eigen::Map<Eigen::Matrix<Real, Dim, 1>> g(gradients + node * Dim);
+    g = (back * g).eval();
   }
 }
 
@@ -352,6 +378,9 @@ void StepSpace<Dim>::evaluate() {
     for (Index k = cell_begin_[c]; k < cell_begin_[c + 1]; ++k) {
       const auto p = static_cast<std::size_t>(particles_[static_cast<std::size_t>(k)]);
       basis_.evaluate(points_[cell_source_[c]][p], N_.data() + k * functions_, gradients_.data() + k * width);
+      // The basis has not moved with the body: from grad_X N to F^-T grad_X N.
+      if (!moves_basis_ && is_fem(c))
+        pull_forward(sources_[cell_source_[c]].points->F.data() + p * Dim * Dim, gradients_.data() + k * width);
     }
   });
 }
@@ -395,7 +424,7 @@ void StepSpace<Dim>::correct_receding(Real t) {
   const int per_axis = functions_ == 1 << Dim ? 2 : 3;
   const std::vector<Vec<Dim>> velocities = conditions_.velocities(t);
   for (std::size_t c = 0; c < cells_.size(); ++c) {
-    if (is_fem_cell_[static_cast<std::size_t>(cells_[c])]) continue;
+    if (is_fem(c)) continue;
     for (const RecedingFace& face : receding_faces_[static_cast<std::size_t>(cells_[c])]) {
       const auto [wall, away] = motion_of(face, velocities);
       const std::vector<int> on_face = face_functions(Dim, functions_, face.face.axis, face.face.is_upper, false);

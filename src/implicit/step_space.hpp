@@ -2,6 +2,9 @@
 // numbered, which components are prescribed, and the basis at the particles.
 #pragma once
 
+#include <cmath>
+#include <string_view>
+
 #include "body/fem_body.hpp"
 #include "body/point_body.hpp"
 #include "case/boundary_spec.hpp"
@@ -48,12 +51,17 @@ struct PointSource {
   PointBody<Dim>* points = nullptr;
   FemBody<Dim>* fem = nullptr;  ///< Whose Gauss points they are; null for particles.
   bool has_fbar = false;        ///< Its volume change goes by patches (volume_patches.hpp).
+
+  std::string_view point_name() const { return fem != nullptr ? "Gauss point" : "particle"; }
+  /// How far behind the surface a point is that is next to it, undeformed [m].
+  Real depth(std::size_t row) const { return fem != nullptr ? fem->depth(row) : 0.5 * std::pow(points->volume0[row], Real{1} / Dim); }
 };
 
 template <int Dim>
 class StepSpace {
  public:
-  /// All must outlive it. Throws InputError for a cell of two bodies of elements, and for particles in such a cell.
+  /// All must outlive it. Throws InputError for a cell of two bodies of elements, and, where they share a field, for particles in such a
+  /// cell.
   StepSpace(const Basis<Dim>& basis, const NodeConditions<Dim>& conditions, std::vector<PointSource<Dim>> sources,
             std::vector<Real> soft_stiffness, bool has_own_fields = false);
 
@@ -92,6 +100,17 @@ class StepSpace {
     }
   }
   const std::vector<bool>& is_fem_cell() const { return is_fem_cell_; }
+  /// Whether the cell is one of a body of elements, among the active ones.
+  bool is_fem(std::size_t c) const { return sources_[cell_source_[c]].fem != nullptr; }
+  /// Whether an active node is one of the body's field.
+  bool is_of(std::size_t source, std::size_t active_node) const {
+    return slots_[active_node] / basis_.node_count() == static_cast<Index>(field_of(source));
+  }
+  /// Whether the basis goes with the bodies of elements, since particles share their nodes. Otherwise it stays undeformed, and bodies of
+  /// elements move away from it.
+  bool moves_basis() const { return moves_basis_; }
+  /// Where an active node is at the start of the step [m].
+  Vec<Dim> place(std::size_t active_node) const;
   bool is_fem_node(Index node) const { return is_fem_node_[static_cast<std::size_t>(node)]; }
   /// A particle's place in the background as it is now; nothing outside.
   std::optional<ElementPoint<Dim>> find(std::size_t source, std::size_t row) const;
@@ -143,6 +162,7 @@ class StepSpace {
   void number_nodes();
   void set_soft_factors();
   void evaluate();
+  void pull_forward(const Real* F, Real* gradients) const;
   void correct_receding(Real t);
   /// The face's velocity [m/s] and the direction away from it.
   std::pair<Vec<Dim>, Vec<Dim>> motion_of(const RecedingFace& face, const std::vector<Vec<Dim>>& velocities) const;
@@ -152,6 +172,7 @@ class StepSpace {
   std::vector<PointSource<Dim>> sources_;
   std::vector<Real> soft_stiffness_;
   bool has_own_fields_;
+  bool moves_basis_;
   int functions_;
   std::vector<bool> is_fem_cell_;
   std::vector<bool> is_fem_node_;

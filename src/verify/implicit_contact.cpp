@@ -111,17 +111,21 @@ velocity = [0, {}]
 
 /// A block glued to the top of the grid, pressed on one that is glued to the bottom, and pushed: force along over force across, from when
 /// it slips.
-Real push(int dim, const char* cell_size, Real friction) {
+/// Of particles on B-splines; or, where `elements` names one of the two or both, with that as a body of elements.
+Real push(int dim, const char* cell_size, Real friction, const std::string& elements = "") {
   const bool is_3d = dim == 3;
   const auto body = [&](const char* name, const char* lower, const char* upper, const char* y0, const char* y1) {
     return fmt::format(R"(
 [[body]]
 name = "{}"
 region = {{ type = "box", lower = [{}, {}{}], upper = [{}, {}{}] }}
-layout = {{ type = "per_cell", count = {} }}
+{}
 material = {{ type = "neo_hookean", density = 1000, youngs_modulus = 1e6, poissons_ratio = 0.3 }}
 )",
-                       name, lower, y0, is_3d ? ", 0.1" : "", upper, y1, is_3d ? ", 0.5" : "", is_3d ? 8 : 4);
+                       name, lower, y0, is_3d ? ", 0.1" : "", upper, y1, is_3d ? ", 0.5" : "",
+                       elements.find(name) != std::string::npos ? "method = \"elements\""
+                       : is_3d                                  ? "layout = { type = \"per_cell\", count = 8 }"
+                                                                : "layout = { type = \"per_cell\", count = 4 }");
   };
   const std::string z = is_3d ? ", 0" : "";
   Simulation sim(case_from_text("push", fmt::format(R"(
@@ -137,7 +141,7 @@ dt = 0.05
 type = "implicit"
 mode = "static"
 contact = "pairs"
-friction = {}
+{}friction = {}
 [[boundary]]
 side = "bottom"
 kind = "fixed"
@@ -148,7 +152,8 @@ kind = "velocity"
 velocity = [0.1, -0.004{}]
 attached = true
 )",
-                                                    dim, z, is_3d ? ", 0.6" : "", cell_size, friction, z) +
+                                                    dim, z, is_3d ? ", 0.6" : "", cell_size,
+                                                    elements.empty() ? "" : "basis = \"element\"\nelement_order = 1\n", friction, z) +
                                             body("low", "0.1", "1.1", "0", "0.2") + body("high", "0.3", "0.7", "0.2", "0.4")));
   Real along = 0, across = 0;
   sim.add_callback([&](const Simulation& now) {
@@ -304,6 +309,20 @@ void add_implicit_contact(VerifySuite& suite) {
         return Measured{{"push_mu0.3_3d", push(3, "0.05", 0.3)}};
       },
       {within("push_mu0.3_3d", 0.3, 0.02 * 0.3, "Coulomb's law")});
+  add("a block pushed over another, of which one or both are elements", true, 1e7,
+      [] {
+        return Measured{{"push_elements_on_particles", push(2, "0.05", 0.3, "high")},
+                        {"push_particles_on_elements", push(2, "0.05", 0.3, "low")},
+                        {"push_elements_on_elements", push(2, "0.05", 0.3, "high low")}};
+      },
+      {within("push_elements_on_particles", 0.3, 0.005 * 0.3, "Coulomb's law"),
+       within("push_particles_on_elements", 0.3, 0.005 * 0.3, "Coulomb's law"),
+       within("push_elements_on_elements", 0.3, 0.005 * 0.3, "Coulomb's law")});
+  add("a block of elements pushed over another in 3D", false, 1e8,
+      [] {
+        return Measured{{"push_elements_on_elements_3d", push(3, "0.1", 0.3, "high low")}};
+      },
+      {within("push_elements_on_elements_3d", 0.3, 0.02 * 0.3, "Coulomb's law")});
   add("disks that collide", true, 5e7,
       [] {
         Measured measured;

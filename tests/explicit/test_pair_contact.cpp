@@ -64,10 +64,10 @@ void expect_kernel_is_consistent() {
       }
     }
     EXPECT_NEAR(kernel.over_plane(z), over, 1e-5) << Dim << " " << z;
-    EXPECT_NEAR(kernel.beyond_surface(z, 1), beyond, 1e-5) << Dim << " " << z;
+    EXPECT_NEAR(kernel.beyond_surface(z, SurfaceRows::of_particles(1)), beyond, 1e-5) << Dim << " " << z;
   }
-  EXPECT_NEAR(kernel.beyond_surface(0, 0.01), 0.5, 1e-5);
-  EXPECT_EQ(kernel.beyond_surface(2.5, 1), 0);
+  EXPECT_NEAR(kernel.beyond_surface(0, SurfaceRows::of_particles(0.01)), 0.5, 1e-5);
+  EXPECT_EQ(kernel.beyond_surface(2.5, SurfaceRows::of_particles(1)), 0);
   const auto W = [&](Real d) { return kernel.value(1 - d * d / 6.25); };
   EXPECT_NEAR(kernel.slope(1 - 1 / 6.25), -(W(1 + 1e-5) - W(1 - 1e-5)) / 2e-5, 1e-9);
 }
@@ -107,7 +107,7 @@ Real energy_of_particle(Real distance) {
     for (std::size_t d = 0; d < Dim; ++d) d2 += (x[d] - y[q + d]) * (x[d] - y[q + d]);
     c += volume * kernel.value(std::max(0.0, 1 - d2 / (kernel.range() * kernel.range())));
   }
-  const Real over = std::max(0.0, c - kernel.beyond_surface(0.5 * k_spacing, k_spacing));
+  const Real over = std::max(0.0, c - kernel.beyond_surface(0.5 * k_spacing, SurfaceRows::of_particles(k_spacing)));
   // Twice the modulus of the softer body.
   return volume * std::pow(neo_hookean(1e5, 0.3, 1000)->wave_speed(1), 2) * 1000 * over * over;
 }

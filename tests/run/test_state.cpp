@@ -142,6 +142,15 @@ std::vector<Continued> continued() {
        given + step(0.002) + implicit + "basis = \"element\"\n" + box("plate", "[0, 0]", "[1, 0.2]", "method = \"elements\"\n" + elastic) +
            box("block", "[0.3, 0.2]", "[0.6, 0.5]", solid) + floor,
        8},
+      {"implicit_elements_in_contact",
+       given + step(0.002) + implicit + "basis = \"element\"\nelement_order = 1\ncontact = \"pairs\"\nfriction = 0.3\n" +
+           box("plate", "[0, 0]", "[1, 0.2]", "method = \"elements\"\n" + elastic) +
+           box("block", "[0.3, 0.2]", "[0.6, 0.5]", solid + thrown) + floor,
+       8},
+      {"implicit_bounce_of_elements",
+       given + step(0.002) + implicit + "basis = \"element\"\n" +
+           box("block", "[0.3, 0.1]", "[0.6, 0.3]", "method = \"elements\"\n" + elastic + thrown) + floor + "contact = \"no_tension\"\n",
+       24},
   };
 }
 
