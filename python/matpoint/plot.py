@@ -318,7 +318,7 @@ def draw_particles(
             continue
         marker = "s" if scene.dim == 2 else "o"
         scatter = axes.scatter(points[:, 0], points[:, 1], c=values, norm=norm, cmap=cmap, marker=marker, linewidths=0, rasterized=True)
-        drawn.append((scatter, particle_size(body, scene.dim)))
+        drawn.append((scatter, particle_size(scene, body)))
     return drawn
 
 

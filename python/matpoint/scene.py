@@ -110,11 +110,15 @@ def default_fields(bodies: Sequence[Particles]) -> list[str]:
     return [name for name in ("velocity", "J", "body", "id") if all(name in body.names for body in bodies)][:1]
 
 
-def particle_size(body: Particles, dim: int) -> float:
-    """Edge [m] of the square or cube that a particle stands for."""
-    if "volume" in body.names:
-        return float(np.median(body.field("volume", 0)) ** (1 / dim))
+def particle_size(scene: Scene, body: Particles) -> float:
+    """Edge [m] of the square or cube that a particle stands for; of a ring around an axis, of its section."""
+    dim = scene.dim
     positions = body.positions(0)[:, :dim]
+    if "volume" in body.names:
+        volume = np.asarray(body.field("volume", 0))
+        if scene.case["grid"].get("axisymmetric"):
+            volume = volume / (2 * np.pi * np.maximum(positions[:, 0], 1e-300))
+        return float(np.median(volume) ** (1 / dim))
     extent = np.maximum(np.ptp(positions, axis=0), 1e-12)
     return float((np.prod(extent) / len(positions)) ** (1 / dim))
 

@@ -57,6 +57,7 @@ R* CellBlocks<Dim, R>::take_slot(Band& band) {
   R* const slot = static_cast<R*>(slots_.take(static_cast<std::size_t>(layout_.field_count * L) * sizeof(R)));
   // The kernels work empty lanes, too: an undeformed particle at rest is harmless there.
   for (int d = 0; d < Dim; ++d) std::fill_n(slot + (layout_.F + d * Dim + d) * L, L, R{1});
+  if (layout_.hoop >= 0) std::fill_n(slot + layout_.hoop * L, L, R{1});
   return slot;
 }
 

@@ -19,6 +19,7 @@ std::vector<std::tuple<std::string, int, int>> named_fields(const SlotLayout<Dim
           {"affine_velocity", at.C, Dim * Dim},
           {"displacement", at.u, Dim},
           {"body_force", at.b, Dim},
+          {"hoop_stretch", at.hoop, 1},
           {"start_position", at.start, Dim},
           {"reference_volume", at.volume, 1},
           {"history", at.history, at.history_count}};

@@ -15,6 +15,16 @@ Seeds fill_body(const BodySpec& body, const SeedingGrid& grid) {
   } catch (const InputError& error) {
     throw InputError("{}: {}", where, error.what());
   }
+  if (grid.has_axis) {
+    std::size_t kept = 0;
+    for (std::size_t p = 0; p < seeds.position.size(); ++p) {
+      if (seeds.position[p][0] < 0) continue;
+      seeds.position[kept] = seeds.position[p];
+      seeds.volume[kept++] = seeds.volume[p];
+    }
+    seeds.position.resize(kept);
+    seeds.volume.resize(kept);
+  }
   const std::size_t n = seeds.position.size();
   if (n == 0) throw InputError("{}: no particle lies in its region; make the region larger or the layout finer", where);
   if (n > 0x7ffffff0u) throw InputError("{}: {} particles are more than 2^31", where, n);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 #include "body/fill_body.hpp"
@@ -36,7 +37,7 @@ void set_fetch(Sweep what, SweepChunk<Dim, R>& chunk, const Block<Dim, R>& soon,
   int count = 0;
   const int end = std::min(soon.slot_count, first + k_chunk_slots);
   // No sweep reads the ids, which are the last field; without a law x and v are enough, where nothing else is stored after F.
-  const bool is_plain = layout.volume < 0 && layout.C < 0 && layout.u < 0 && layout.b < 0;
+  const bool is_plain = layout.volume < 0 && layout.hoop < 0 && layout.C < 0 && layout.u < 0 && layout.b < 0;
   const int fields = updates_stress(what) || !is_plain ? layout.id : layout.F;
   for (int k = first; k < end; ++k) {
     const char* const begin = reinterpret_cast<const char*>(soon.slot(k));
@@ -66,6 +67,7 @@ SlotLayout<Dim> make_layout(const BodySpec& body, const ParticleScheme& scheme, 
     layout.b = next;
     next += Dim;
   }
+  if (scheme.is_axisymmetric) layout.hoop = next++;
   if (has_volumes) layout.volume = next++;
   if (material.is_rate_dependent()) {
     layout.tau = next;
@@ -99,18 +101,22 @@ ParticleBody<Dim, R>::ParticleBody(const BodySpec& spec, const ParticleScheme& s
 template <int Dim, class R>
 void ParticleBody<Dim, R>::seed(const BodySpec& spec, Grid<Dim, R>& grid) {
   const GridGeometry geometry = grid.geometry();
-  SeedingGrid box{Dim, geometry.lower, {}, geometry.cell_size};
+  SeedingGrid box{Dim, geometry.lower, {}, geometry.cell_size, scheme_.is_axisymmetric};
   for (int d = 0; d < Dim; ++d) box.upper[static_cast<std::size_t>(d)] = grid.upper(d);
   Seeds seeds = fill_body(spec, box);
-  const std::vector<InitialState> start = initial_states(spec, Dim, seeds);
+  const bool has_hoop_in_F = scheme_.is_axisymmetric && !spec.material->remembers_strain();
+  const std::vector<InitialState> start = initial_states(spec, has_hoop_in_F ? 3 : Dim, seeds);
   const std::size_t n = seeds.position.size();
   id_count_ = static_cast<Index>(n);
+  const Real area = std::accumulate(seeds.volume.begin(), seeds.volume.end(), Real{0});
+  // Of a full ring.
+  for (std::size_t p = 0; p < n && scheme_.is_axisymmetric; ++p) seeds.volume[p] *= 2 * std::numbers::pi * seeds.position[p][0];
   const auto [smallest, largest] = std::minmax_element(seeds.volume.begin(), seeds.volume.end());
   smallest_volume_ = *smallest;
   uniform_volume_ = *smallest;
   const Real volume = std::accumulate(seeds.volume.begin(), seeds.volume.end(), Real{0});
   mass_ = volume * material_->density();
-  Real per_cell = static_cast<Real>(n) / volume;
+  Real per_cell = static_cast<Real>(n) / area;
   for (int d = 0; d < Dim; ++d) per_cell *= grid.cell_size(d);
   // The correction of fluids smooths the pressure without cells, on whose means water that stands starts to boil after some seconds.
   has_fbar_ = spec.has_fbar() && !(scheme_.is_corrected && spec.material->is_fluid());
@@ -149,6 +155,7 @@ void ParticleBody<Dim, R>::seed(const BodySpec& spec, Grid<Dim, R>& grid) {
       at(layout.v + d) = static_cast<R>(v[s]);
       at(layout.F + d * Dim + d) = 1;
     }
+    if (layout.hoop >= 0) at(layout.hoop) = 1;
     // The affine velocity that belongs to the field, from differences over half a cell: of a linear field, exactly.
     for (int c = 0; layout.C >= 0 && spec.velocity && c < Dim; ++c) {
       const Real step = 0.25 * grid.cell_size(c);
@@ -173,6 +180,7 @@ void ParticleBody<Dim, R>::seed(const BodySpec& spec, Grid<Dim, R>& grid) {
       for (int r = 0; r < Dim; ++r) {
         for (int c = 0; c < Dim; ++c) at(layout.F + r * Dim + c) = static_cast<R>(F[static_cast<std::size_t>(3 * r + c)]);
       }
+      if (layout.hoop >= 0) at(layout.hoop) = static_cast<R>(F[8]);
       for (int h = 0; h < layout.history_count; ++h) at(layout.history + h) = static_cast<R>(history[static_cast<std::size_t>(h)]);
       const std::array<Real, 6> carried = components_of(material_->kirchhoff_stress(F, history));
       for (int s = 0; layout.tau >= 0 && s < k_stress_size<Dim>; ++s)
@@ -203,6 +211,7 @@ SweepContext<Dim, R> ParticleBody<Dim, R>::make_context(Real dt, Real flip) cons
     context.is_periodic[d] = grid_.is_periodic(d);
     context.reach[d] = static_cast<R>(reach_);
   }
+  context.axis = static_cast<R>(-grid_.lower(0) / grid_.cell_size(0));
   context.law = material_->law_data();
   context.law_kernel = material_->law_index() >= 0 ? law_kernel<Dim, R>(material_->law_index()) : &collect_points;
   std::fill_n(context.J_min, k_lanes<R>, R{1});
@@ -217,7 +226,7 @@ SweepVariant ParticleBody<Dim, R>::variant() const {
   if (scheme_.shape == ShapeKind::gimp) return SweepVariant::gimp;
   if (scheme_.shape == ShapeKind::cpdi) return SweepVariant::cpdi;
   if (scheme_.shape == ShapeKind::bspline2) return SweepVariant::bspline2;
-  return at.C >= 0 || at.u >= 0 || at.b >= 0 || spin_.is_used ? SweepVariant::linear : SweepVariant::linear_plain;
+  return at.C >= 0 || at.u >= 0 || at.b >= 0 || at.hoop >= 0 || spin_.is_used ? SweepVariant::linear : SweepVariant::linear_plain;
 }
 
 template <int Dim, class R>
@@ -450,6 +459,10 @@ void ParticleBody<Dim, R>::map_arrival_with(Sweep what, const Block<Dim, R>& blo
         for (int d = 0; d < Dim; ++d) sum += tau[stress_index(c, d)] * dN[d][i] / static_cast<R>(grid_.cell_size(d));
         nodes.force[c][node] -= volume * sum;
         if (at.b >= 0) nodes.force[c][node] += N[i] * m * fields[at.b + c];
+        if (at.hoop >= 0 && c == 0) {
+          const Real r = grid_.lower(0) + (block.first[0] + lane + static_cast<Real>(fields[at.x])) * grid_.cell_size(0);
+          nodes.force[0][node] -= volume * tau[2] * N[i] / static_cast<R>(r);
+        }
       }
     }
   }

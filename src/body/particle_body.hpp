@@ -20,9 +20,10 @@ struct WantedFields;
 struct ParticleScheme {
   ShapeKind shape = ShapeKind::linear;
   Transfer transfer = Transfer::flip;
-  bool has_body_force = false;  ///< Particles carry a body force.
-  bool is_corrected = false;    ///< Fluids are corrected.
-  bool is_co_rotating = false;  ///< Velocities are mapped in the frame that turns with the body.
+  bool has_body_force = false;   ///< Particles carry a body force.
+  bool is_corrected = false;     ///< Fluids are corrected.
+  bool is_axisymmetric = false;  ///< The plane is that of the radius and the axis.
+  bool is_co_rotating = false;   ///< Velocities are mapped in the frame that turns with the body.
 };
 
 template <int Dim, class R>

@@ -47,6 +47,7 @@ Material::Matrix ParticleBody<Dim, R>::deformation_gradient(const Particle& p) c
   for (int r = 0; r < Dim; ++r) {
     for (int c = 0; c < Dim; ++c) F[static_cast<std::size_t>(3 * r + c)] = p.field(blocks_->layout().F + r * Dim + c);
   }
+  if (blocks_->layout().hoop >= 0) F[8] = p.field(blocks_->layout().hoop);
   return F;
 }
 
@@ -216,7 +217,7 @@ void ParticleBody<Dim, R>::set_field(const std::string& name, const std::vector<
     set_affine_velocity(values);
     return;
   }
-  check_assigned_field(name_, name, particle_count(), Dim, values);
+  check_assigned_field(name_, name, particle_count(), Dim, values, scheme_.is_axisymmetric);
   if (name == "velocity") set_velocity(values);
   if (name == "position") set_position(values);
   if (name == "deformation_gradient") set_deformation_gradient(values);
@@ -296,10 +297,11 @@ void ParticleBody<Dim, R>::set_deformation_gradient(const std::vector<Real>& val
     const Real J = determinant(Mat3<Real>{{F[0], F[1], F[2], F[3], F[4], F[5], F[6], F[7], F[8]}});
     for (int r = 0; r < Dim; ++r) {
       for (int c = 0; c < Dim; ++c) {
-        const Real kept = has_shape ? F[3 * r + c] : r == c ? std::pow(J, Real{1} / Dim) : 0;
+        const Real kept = has_shape ? F[3 * r + c] : r == c ? std::pow(J, Real{1} / (at.hoop >= 0 ? 3 : Dim)) : 0;
         fields[(at.F + r * Dim + c) * stride] = static_cast<R>(kept);
       }
     }
+    if (at.hoop >= 0) fields[at.hoop * stride] = static_cast<R>(has_shape ? F[8] : std::cbrt(J));
     for (int s = 0; at.tau >= 0 && s < k_stress_size<Dim>; ++s)
       fields[(at.tau + s) * stride] = static_cast<R>(tau[6 * row + static_cast<std::size_t>(s)]);
     if (!material_->has_state()) return;
@@ -318,7 +320,8 @@ void ParticleBody<Dim, R>::set_stress(const std::vector<Real>& values) {
   if (!material_->remembers_strain() && blocks_->layout().u >= 0)
     throw InputError("body \"{}\": stress cannot be assigned: with formulation = \"total\" the law \"{}\" has it from F", name_,
                      material_->type());
-  const std::vector<InitialState> states = states_under(name_, *material_, Dim, values);
+  const bool has_hoop_in_F = scheme_.is_axisymmetric && !material_->remembers_strain();
+  const std::vector<InitialState> states = states_under(name_, *material_, has_hoop_in_F ? 3 : Dim, values);
   if (!material_->remembers_strain()) {
     std::vector<Real> F;
     for (const InitialState& state : states) F.insert(F.end(), state.F.begin(), state.F.end());

@@ -41,7 +41,15 @@ void ParticleBody<Dim, R>::collect_points(const void* law, LawChunk<Dim, R>& chu
           gradient(r, c) = static_cast<Real>(chunk.L[(k * Dim * Dim + r * Dim + c) * L + lane]);
         }
       }
+      if (at.hoop >= 0) {
+        old_F(2, 2) = static_cast<Real>(point[at.hoop * L]);
+        gradient(2, 2) = static_cast<Real>(chunk.L_hoop[k * L + lane]);
+      }
       Mat3<Real> new_F = old_F;
+      if (at.hoop >= 0) {
+        new_F(2, 2) += chunk.dt * gradient(2, 2) * old_F(2, 2);
+        point[at.hoop * L] = static_cast<R>(new_F(2, 2));
+      }
       for (int r = 0; r < Dim; ++r) {
         for (int c = 0; c < Dim; ++c) {
           for (int e = 0; e < Dim; ++e) new_F(r, c) += chunk.dt * gradient(r, e) * old_F(e, c);
@@ -87,12 +95,13 @@ void ParticleBody<Dim, R>::call_function(Real dt, const Context& context) {
   // stresses that they keep are their own.
   std::vector<Real> averaged;
   if (call_.has_fbar) {
+    const std::size_t directions = at.hoop >= 0 ? 3 : Dim;
     averaged = call_.tau;
     std::vector<Real> sums(count, 0), weights(count, 0);
     const auto spherical = [&](std::size_t row) {
       Real trace = 0;
-      for (std::size_t d = 0; d < Dim; ++d) trace += call_.tau[9 * row + 4 * d];
-      return trace / Dim;
+      for (std::size_t d = 0; d < directions; ++d) trace += call_.tau[9 * row + 4 * d];
+      return trace / static_cast<Real>(directions);
     };
     for (std::size_t row = 0; row < count; ++row) {
       const auto leader = static_cast<std::size_t>(call_.leaders[row]);
@@ -102,7 +111,7 @@ void ParticleBody<Dim, R>::call_function(Real dt, const Context& context) {
     for (std::size_t row = 0; row < count; ++row) {
       const auto leader = static_cast<std::size_t>(call_.leaders[row]);
       const Real change = sums[leader] / weights[leader] - spherical(row);
-      for (std::size_t d = 0; d < Dim; ++d) averaged[9 * row + 4 * d] += change;
+      for (std::size_t d = 0; d < directions; ++d) averaged[9 * row + 4 * d] += change;
     }
   }
   store_stresses(call_.has_fbar ? averaged : call_.tau);

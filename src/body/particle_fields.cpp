@@ -177,7 +177,7 @@ BodyTotals totals_of(const ParticleState& particle, const Material& material, co
 
 namespace {
 
-void check_assigned_deformation(const std::string& body, int dim, const std::vector<Real>& values) {
+void check_assigned_deformation(const std::string& body, int dim, const std::vector<Real>& values, bool is_axisymmetric) {
   for (std::size_t row = 0; row < values.size() / 9; ++row) {
     Mat3<Real> F;
     std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(9 * row), 9, F.entries);
@@ -187,10 +187,10 @@ void check_assigned_deformation(const std::string& body, int dim, const std::vec
     }
     for (int r = 0; r < 3 && dim == 2; ++r) {
       for (int c = 0; c < 3; ++c) {
-        const bool is_in_plane = r < 2 && c < 2;
-        if (is_in_plane || F(r, c) == (r == c ? 1 : 0)) continue;
-        throw InputError("body \"{}\": deformation_gradient[{}][{}] of particle row {} is {}, but in plane strain it is {}", body, r, c,
-                         row, F(r, c), r == c ? 1 : 0);
+        const bool is_free = (r < 2 && c < 2) || (is_axisymmetric && r == 2 && c == 2);
+        if (is_free || F(r, c) == (r == c ? 1 : 0)) continue;
+        throw InputError("body \"{}\": deformation_gradient[{}][{}] of particle row {} is {}, but {} it is {}", body, r, c, row, F(r, c),
+                         is_axisymmetric ? "around an axis" : "in plane strain", r == c ? 1 : 0);
       }
     }
   }
@@ -198,7 +198,8 @@ void check_assigned_deformation(const std::string& body, int dim, const std::vec
 
 }  // namespace
 
-void check_assigned_field(const std::string& body, const std::string& name, Index count, int dim, const std::vector<Real>& values) {
+void check_assigned_field(const std::string& body, const std::string& name, Index count, int dim, const std::vector<Real>& values,
+                          bool is_axisymmetric) {
   if (name == "displacement") throw InputError("body \"{}\": displacement cannot be assigned: assign position", body);
   const std::vector<std::string>& names = particle_field_names();
   if (std::find(names.begin(), names.end(), name) == names.end()) fail_unknown_field(body, name, names);
@@ -219,7 +220,7 @@ void check_assigned_field(const std::string& body, const std::string& name, Inde
     if (std::isfinite(values[i])) continue;
     throw InputError("body \"{}\": {} of particle row {} is not finite: {}", body, name, i / components, values[i]);
   }
-  if (name == "deformation_gradient") check_assigned_deformation(body, dim, values);
+  if (name == "deformation_gradient") check_assigned_deformation(body, dim, values, is_axisymmetric);
 }
 
 }  // namespace matpoint

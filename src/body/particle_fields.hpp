@@ -81,7 +81,8 @@ BodyTotals totals_of(const ParticleState& particle, const Material& material, co
 void add(BodyTotals& sum, const BodyTotals& part);
 
 /// Throws InputError unless the field can be assigned to a body of `count` particles and the values fit.
-void check_assigned_field(const std::string& body, const std::string& name, Index count, int dim, const std::vector<Real>& values);
+void check_assigned_field(const std::string& body, const std::string& name, Index count, int dim, const std::vector<Real>& values,
+                          bool is_axisymmetric = false);
 
 /// What gather_fields was asked for.
 struct WantedFields {

@@ -211,6 +211,13 @@ void check_grid(GridSpec& grid, const Input& input, const ReadContext& context) 
   if (nodes > k_nodes_max)
     fail_input(input, context,
                fmt::format("the grid has {:.3g} nodes, at most {:.0g} are possible; take larger cells", nodes, k_nodes_max));
+  if (grid.is_axisymmetric) {
+    const Input& given = at_key(input, "axisymmetric");
+    if (context.dim != 2) fail_input(given, context, "axisymmetric is for dim = 2, the plane of the radius x and the axis y");
+    if (grid.lower[0] < 0)
+      fail_input(at_key(input, "lower"), context,
+                 fmt::format("lower[0] = {} must be >= 0: with axisymmetric, x is the distance from the axis", grid.lower[0]));
+  }
   check_words(grid.periodic, "periodic", axis_names(context.dim), input, context);
 }
 
@@ -235,6 +242,19 @@ void GridSpec::declare(ParameterTable<GridSpec>& table) {
       },
       [](const GridSpec&, int) -> std::optional<Input> { return std::nullopt; });  // written as cells
   table.optional("periodic", "1", &GridSpec::periodic, any_number(), "Directions in which the two sides are one, e.g. [\"x\"].");
+  table.custom(
+      {"axisymmetric", "1", "true or false", "false", "",
+       "2D, explicit solver: x is the distance r from an axis, y the place along it; bodies are rings, with masses, forces and energies of "
+       "the "
+       "full circle.",
+       false},
+      [](GridSpec& grid, const Input& input, const ReadContext& context) {
+        read_value(input, context, "axisymmetric", any_number(), grid.is_axisymmetric);
+      },
+      [](const GridSpec& grid, int) -> std::optional<Input> {
+        if (!grid.is_axisymmetric) return std::nullopt;
+        return Input::boolean(true);
+      });
   table.custom(
       {"grading", "1", type_text<std::vector<Real>>(), "1", "> 0",
        "Implicit solver on elements: how many times as long each cell is as the one before it, one number or one per direction.", false},

@@ -27,6 +27,7 @@ struct GridSpec {
   std::vector<int> cells;       ///< Cells per direction; either this
   std::vector<Real> cell_size;  ///< or this, one number or one per direction, is given. Both are resolved after reading.
   std::vector<std::string> periodic;
+  bool is_axisymmetric = false;            ///< 2D: x is the distance from an axis, y the place along it.
   std::vector<Real> grading;               ///< Per direction: how many times as long each cell is as the one before it. Empty: equal cells.
   std::array<std::vector<Real>, 3> lines;  ///< Per direction, instead of equal or graded cells: their coordinates [m]; empty: none.
   int refinements = 0;                     ///< Cells of a mesh are halved so many times.

@@ -122,6 +122,34 @@ void check_contact(const Case& problem, const Input& input) {
   }
 }
 
+/// What knows no hoops around an axis.
+void check_axisymmetry(const Case& problem, const Input& input) {
+  if (!problem.grid.is_axisymmetric) return;
+  const auto fail = [&](const char* section, const char* key, const std::string& what) {
+    fail_case(at_key(section_of(input, section), key), section,
+              fmt::format("{} cannot be used with grid.axisymmetric = true{}", key, what));
+  };
+  if (problem.solver.contact != ContactMethod::single_field)
+    fail("solver", "contact", ": bodies in one field stick to each other; leave it out");
+  if (problem.solver.shape == ShapeKind::cpdi)
+    fail("solver", "shape", " and \"cpdi\"; use \"gimp\", \"bspline2\", \"bspline3\" or \"linear\"");
+  if (problem.solver.fluid_correction.value_or(false)) fail("solver", "fluid_correction", "; leave it out");
+  if (problem.solver.co_rotating.value_or(false)) fail("solver", "co_rotating", ": a ring does not turn in the plane; leave it out");
+  if (!problem.grid.periodic.empty() && problem.grid.periodic != std::vector<std::string>{"y"})
+    fail("grid", "periodic", " along the radius; it may be [\"y\"]");
+  if (problem.gravity[0] != 0) {
+    fail_case(at_key(input, "gravity"), "",
+              fmt::format("gravity[0] = {} points along the radius, which no weight does; with grid.axisymmetric = "
+                          "true it must be 0",
+                          problem.gravity[0]));
+  }
+  for (const BodySpec& body : problem.bodies) {
+    if (body.formulation != Formulation::total) continue;
+    fail_case(Input::table().with_place(body.place), fmt::format("body {}", body.name),
+              "formulation = \"total\" cannot be used with grid.axisymmetric = true; use \"updated\"");
+  }
+}
+
 void check_for_explicit(const Case& problem, const Input& input) {
   const Input& grid = section_of(input, "grid");
   for (const char* key : {"grading", "refinements", "lines_x", "lines_y", "lines_z", "corners", "ring"}) {
@@ -144,6 +172,7 @@ void check_for_explicit(const Case& problem, const Input& input) {
   }
   check_shape(problem, input);
   check_contact(problem, input);
+  check_axisymmetry(problem, input);
   const Input& time = section_of(input, "time");
   if (problem.time.rule) fail_case(at_key(time, "rule"), "time", "rule is for solver.type = \"implicit\" only; automatic steps follow cfl");
   for (const BodySpec& body : problem.bodies) {
@@ -276,6 +305,10 @@ void check_for_implicit(const Case& problem, const Input& input) {
   const Input& grid = section_of(input, "grid");
   const bool is_element = problem.implicit.basis == BasisKind::element;
   if (!problem.grid.periodic.empty()) fail_case(at_key(grid, "periodic"), "grid", "the implicit solver has no periodic sides");
+  if (problem.grid.is_axisymmetric) {
+    fail_case(at_key(grid, "axisymmetric"), "grid",
+              "axisymmetric is for solver.type = \"explicit\" only; take the sector of a ring (grid.ring), or a quarter in 3D");
+  }
   for (const char* key : {"grading", "lines_x", "lines_y", "lines_z", "corners", "ring"}) {
     if (!is_element && is_given(grid, key))
       fail_case(at_key(grid, key), "grid", fmt::format("{} is for solver.basis = \"element\"; B-splines need equal cells", key));
@@ -385,6 +418,20 @@ void choose_lengths(Case& problem) {
   }
 }
 
+/// Nothing moves across the axis of symmetry.
+void hold_axis(Case& problem) {
+  if (!problem.grid.is_axisymmetric || problem.grid.lower[0] > 0) return;
+  const std::vector<std::string>& periodic = problem.grid.periodic;
+  if (std::find(periodic.begin(), periodic.end(), "x") != periodic.end()) return;  // refused with its reason
+  const auto is_left = [](const BoundarySpec& boundary) { return boundary.side == "left"; };
+  if (std::any_of(problem.boundaries.begin(), problem.boundaries.end(), is_left)) return;
+  BoundarySpec axis;
+  axis.side = "left";
+  axis.kind = BoundaryKind::slip;
+  axis.name = "axis";
+  problem.boundaries.push_back(axis);
+}
+
 void choose_scheme(Case& problem, const Input& input) {
   if (problem.is_implicit()) {
     choose_lengths(problem);
@@ -434,8 +481,9 @@ void choose_scheme(Case& problem, const Input& input) {
   // Linear shapes are the textbook's scheme, and stay that.
   if (!solver.co_rotating)
     solver.co_rotating = solver.shape != ShapeKind::linear && solver.transfer == Transfer::flip &&
-                         solver.stress_order != StressOrder::usf && problem.grid.periodic.empty();
-  if (!solver.fluid_correction) solver.fluid_correction = has_fluid && !has_gas && is_smooth(solver.shape);
+                         solver.stress_order != StressOrder::usf && problem.grid.periodic.empty() && !problem.grid.is_axisymmetric;
+  if (!solver.fluid_correction) solver.fluid_correction = has_fluid && !has_gas && is_smooth(solver.shape) && !problem.grid.is_axisymmetric;
+  hold_axis(problem);
   choose_lengths(problem);
 }
 

@@ -74,8 +74,9 @@ ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
   for (const BodySpec& spec : problem.bodies) {
     const bool is_rigid_turn =
         problem.solver.co_rotating.value_or(false) && !spec.material->is_fluid() && spec.formulation == Formulation::updated;
-    const ParticleScheme scheme{problem.solver.shape, problem.solver.transfer, has_particle_force,
-                                problem.solver.fluid_correction.value_or(false), is_rigid_turn};
+    const ParticleScheme scheme{problem.solver.shape,         problem.solver.transfer,
+                                has_particle_force,           problem.solver.fluid_correction.value_or(false),
+                                problem.grid.is_axisymmetric, is_rigid_turn};
     Grid<Dim, R>& grid = *grids_[std::min(bodies_.size(), grids_.size() - 1)];
     bodies_.push_back(std::make_unique<ParticleBody<Dim, R>>(spec, scheme, grid));
     smallest_mass = std::min(smallest_mass, bodies_.back()->smallest_particle_mass());

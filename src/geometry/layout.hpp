@@ -17,9 +17,10 @@ struct Seeds {
 /// The background grid as far as a layout needs it.
 struct SeedingGrid {
   int dim = 2;
-  Vec3 lower{};      ///< [m]
-  Vec3 upper{};      ///< [m]
-  Vec3 cell_size{};  ///< [m]
+  Vec3 lower{};           ///< [m]
+  Vec3 upper{};           ///< [m]
+  Vec3 cell_size{};       ///< [m]
+  bool has_axis = false;  ///< x is the distance from an axis: what is beyond it is the other half of a body.
 };
 
 class Layout {

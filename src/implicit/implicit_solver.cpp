@@ -20,7 +20,7 @@ std::unique_ptr<Basis<Dim>> make_basis(const Case& problem) {
 
 template <int Dim>
 SeedingGrid seeding_grid(const GridSpec& grid) {
-  SeedingGrid box{Dim, grid.lower, grid.upper, {}};
+  SeedingGrid box{Dim, grid.lower, grid.upper, {}, false};
   for (std::size_t d = 0; d < Dim; ++d) box.cell_size[d] = grid.cell_size[d] * std::ldexp(1, -grid.refinements);
   return box;
 }

@@ -58,6 +58,16 @@ MPM_INLINE typename Variant<V>::template Shape<Pack<R>> shape_of(const SweepCont
   return {before, after, P(static_cast<double>(context.reach[d]))};
 }
 
+/// 1 / r [1/m] of particles at the places x in the cells from `lane` on, where r is the distance from the axis.
+template <int Dim, class R>
+MPM_INLINE Pack<R> inverse_radius(const SweepContext<Dim, R>& context, const SweepChunk<Dim, R>& chunk, int lane, Pack<R> x) {
+  using P = Pack<R>;
+  P cell;
+  for (int i = 0; i < P::k_width; ++i) cell.v[i] = static_cast<R>(chunk.cell[0] + lane + i) - context.axis;
+  // A particle that has just passed the axis has no mass here, but must stay finite.
+  return P(static_cast<double>(context.inverse_cell_size[0])) / max(cell + x, P(static_cast<double>(k_off_line<R>)));
+}
+
 /// The convected domains of the particles of a slot, at the places x in their cells; in the reference configuration they keep their shape.
 template <int Dim, class R>
 MPM_INLINE ConvectedDomain<Dim, Pack<R>> domain_of(const SweepContext<Dim, R>& context, const ShapeConvected<Pack<R>>* shapes,
@@ -78,6 +88,7 @@ MPM_INLINE ConvectedDomain<Dim, Pack<R>> domain_of(const SweepContext<Dim, R>& c
 template <int Dim, class R>
 struct alignas(64) ChunkBuffers {
   static constexpr int L = k_lanes<R>;
+  R L_hoop[k_chunk_slots][L];             ///< v_r / r, of axisymmetric bodies.
   R L_grad[k_chunk_slots][Dim * Dim][L];  ///< The refining sweep has a velocity [m/s] in the first Dim fields.
   R tau[k_chunk_slots][k_stress_size<Dim>][L];
   R P_stress[k_chunk_slots][Dim * Dim][L];  ///< First Piola-Kirchhoff stress [Pa], of bodies with displacements.

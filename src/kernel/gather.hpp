@@ -402,6 +402,10 @@ MPM_INLINE void gather(SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk,
         P gradient[Dim];
         const P value = (Stage::is_gradient_of_second ? second : velocity)[d].gradient(point, gradient);
         for (int c = 0; c < Dim; ++c) select(live, gradient[c] * inverse_h[c], zero).store(buffers.L_grad[k][d * Dim + c] + lane);
+        if constexpr (Dim == 2 && !Variant<V>::is_plain) {
+          if (d == 0 && at.hoop >= 0)
+            select(live, value * inverse_radius(context, chunk, lane, x[0]), zero).store(buffers.L_hoop[k] + lane);
+        }
         grid_velocity = Stage::is_gradient_of_second ? velocity[d].value(point) : value;
       } else {
         grid_velocity = velocity[d].value(point);

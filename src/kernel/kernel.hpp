@@ -72,6 +72,7 @@ struct SlotLayout {
   int C = -1;                        ///< Affine part of the velocity [1/s], dim x dim fields, row by row.
   int u = -1;                        ///< Displacement [m], dim fields, of bodies whose x is their place in the reference configuration.
   int b = -1;                        ///< Body force per mass [m/s^2], dim fields.
+  int hoop = -1;                     ///< Stretch around the axis [1], where the plane is that of the radius and the axis.
   int start = -1;  ///< Position at the start, from the grid's lower corner [m], dim fields, where the displacement is asked for.
   int history = -1;
   int history_count = 0;
@@ -99,11 +100,12 @@ struct LawChunk {
   const R* counts = nullptr;          ///< Per lane: slots below this hold a particle.
   const int* slots_in_use = nullptr;  ///< Per pack of lanes.
   const SlotLayout<Dim>* layout = nullptr;
-  R uniform_volume = 0;  ///< [m^3], unless the layout has volumes.
-  Real dt = 0;           ///< [s]
-  const R* L = nullptr;  ///< Velocity gradient [1/s], [slot][dim x dim][lane]; null: it is zero and F stays.
-  R* tau = nullptr;      ///< Out: Kirchhoff stress [Pa], [slot][k_stress_size][lane].
-  R* J_min = nullptr;    ///< In and out, per lane.
+  R uniform_volume = 0;       ///< [m^3], unless the layout has volumes.
+  Real dt = 0;                ///< [s]
+  const R* L = nullptr;       ///< Velocity gradient [1/s], [slot][dim x dim][lane]; null: it is zero and F stays.
+  const R* L_hoop = nullptr;  ///< v_r / r [1/s], [slot][lane], where the layout has `hoop`.
+  R* tau = nullptr;           ///< Out: Kirchhoff stress [Pa], [slot][k_stress_size][lane].
+  R* J_min = nullptr;         ///< In and out, per lane.
   R* J_max = nullptr;
   R* wave_modulus = nullptr;  ///< The greatest rho0 c^2 [Pa], of a law that knows it.
   Real dissipated = 0;        ///< Out: dissipation [J].
@@ -157,6 +159,7 @@ struct SweepContext {
   int cells[Dim] = {};          ///< Of the grid.
   bool is_periodic[Dim] = {};   ///< Shape functions go on across the two sides.
   R reach[Dim] = {};            ///< Half of a particle's domain at rest, in cell sides, for GIMP and CPDI.
+  R axis = 0;                   ///< Where r = 0, in cells from the grid's lower corner; not above 0.
   bool has_fbar = false;        ///< Particles of a cell change their volume at one rate.
   bool is_affine_full = false;  ///< The affine part is the velocity gradient (TPIC), not APIC's least-squares slope.
   bool has_spin = false;        ///< All particles of the body have one affine part: that of a rigid turn.

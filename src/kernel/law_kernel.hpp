@@ -63,6 +63,7 @@ void find_bad_slot(LawChunk<Dim, R>& chunk, int lane) {
     for (int r = 0; r < Dim; ++r) {
       for (int c = 0; c < Dim; ++c) F(r, c) = P::load(chunk.slots[k] + (SlotLayout<Dim>::F + r * Dim + c) * L + lane);
     }
+    if (Dim == 2 && chunk.layout->hoop >= 0) F(2, 2) = P::load(chunk.slots[k] + chunk.layout->hoop * L + lane);
     const Mask<R> is_bad = (counts > P(static_cast<double>(k))) & ~is_admissible(determinant(F));
     for (int i = P::k_width - 1; i >= 0; --i) {
       if (!is_bad.v[i]) continue;
@@ -105,20 +106,28 @@ __attribute__((flatten)) void update_law(const void* law_pointer, LawChunk<Dim, 
           if (k_has_state<Law>) kinematics.g(r, c) = dt * kinematics.L(r, c);
         }
       }
+      const bool has_hoop = Dim == 2 && at.hoop >= 0;
+      if (has_hoop) {
+        kinematics.F(2, 2) = P::load(slot + at.hoop * L);
+        if (L_grad != nullptr) kinematics.L(2, 2) = P::load(chunk.L_hoop + k * L + lane);
+        if (k_has_state<Law>) kinematics.g(2, 2) = dt * kinematics.L(2, 2);
+      }
       if (k_is_fluid<Law> && at.u < 0) {
         // A fluid forgets its shape, and F would not: its entries grow without bound in a flow, until det F is what rounding leaves of
         // their products. So F = s I, and s follows J' = J tr L exactly for a constant L: J stays positive, and comes back when the flow
         // does.
         P trace = kinematics.L(0, 0);
-        for (int d = 1; d < Dim; ++d) trace += kinematics.L(d, d);
+        const int directions = has_hoop ? 3 : Dim;
+        for (int d = 1; d < directions; ++d) trace += kinematics.L(d, d);
         P s = kinematics.F(0, 0);
         if (L_grad != nullptr) {
-          s *= exp(trace * P(chunk.dt / Dim));
+          s *= exp(trace * P(chunk.dt / directions));
           s.store(slot + at.F * L);
+          if (has_hoop) s.store(slot + at.hoop * L);
           for (int d = 1; d < Dim; ++d) s.store(slot + (at.F + d * Dim + d) * L);
         }
         kinematics.F = M::identity();
-        for (int d = 0; d < Dim; ++d) kinematics.F(d, d) = s;
+        for (int d = 0; d < directions; ++d) kinematics.F(d, d) = s;
       } else if (L_grad != nullptr) {
         const M& F = kinematics.F;
         M F_new = F;
@@ -128,6 +137,10 @@ __attribute__((flatten)) void update_law(const void* law_pointer, LawChunk<Dim, 
             for (int e = 1; e < Dim; ++e) change += kinematics.L(r, e) * F(e, c);
             F_new(r, c) = F(r, c) + dt * change;
           }
+        }
+        if (has_hoop) {
+          F_new(2, 2) = F(2, 2) + dt * (kinematics.L(2, 2) * F(2, 2));
+          F_new(2, 2).store(slot + at.hoop * L);
         }
         kinematics.F = F_new;
         for (int r = 0; r < Dim; ++r) {

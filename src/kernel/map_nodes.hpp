@@ -140,8 +140,8 @@ MPM_INLINE void map_row_momentum(const SweepContext<Dim, R>& context, SweepChunk
   for (int d = 0; d < Dim; ++d) momentum[d].add_to(here.momentum[d], next.momentum[d]);
 }
 
-/// f_i += N_i m_p b_p - V0 S grad N_i for a row of nodes. S is the Kirchhoff stress, or, of bodies with displacements, the first
-/// Piola-Kirchhoff stress with gradients in the reference configuration.
+/// f_i += N_i m_p b_p - V0 S grad N_i for a row of nodes, and - V0 tau_hoop N_i / r along the radius, which does the work of v_r / r. S is
+/// the Kirchhoff stress, or, of bodies with displacements, the first Piola-Kirchhoff stress with gradients in the reference configuration.
 template <int Dim, class R, int n>
 MPM_INLINE void map_row_force(const SweepContext<Dim, R>& context, SweepChunk<Dim, R>& chunk, const ChunkBuffers<Dim, R>& buffers,
                               const Weights<Dim, R, n>& weights, FetchAhead& ahead, int row) {
@@ -153,6 +153,7 @@ MPM_INLINE void map_row_force(const SweepContext<Dim, R>& context, SweepChunk<Di
   // The sums have the mass where the formula has the volume, and derivatives in xi.
   P scale[Dim];
   for (int d = 0; d < Dim; ++d) scale[d] = P(static_cast<double>(context.inverse_cell_size[d]) / static_cast<double>(context.density));
+  const P inverse_density = P(1 / static_cast<double>(context.density));
   NodeSums<R, n> force[Dim];
   for (int part = 0; part < NodeSums<R, n>::k_parts; ++part) {
     const int lane = part * P::k_width;
@@ -187,6 +188,10 @@ MPM_INLINE void map_row_force(const SweepContext<Dim, R>& context, SweepChunk<Di
         const P t_x = along_x * stress(0);
         P t = along_y * stress(1);
         if constexpr (Dim == 3) t += along_z * stress(2);
+        if (Dim == 2 && c == 0 && at.hoop >= 0) {
+          const P x = P::load(chunk.slots[k] + lane + at.x * L);
+          t += N_m * P::load(buffers.tau[k][2] + lane) * (inverse_radius(context, chunk, lane, x) * inverse_density);
+        }
         if (at.b >= 0) t -= N_m * P::load(chunk.slots[k] + lane + (at.b + c) * L);
         for (int i = 0; i < n; ++i) sum[c][i] -= dN[i] * t_x + N[i] * t;
       }

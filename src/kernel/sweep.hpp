@@ -60,21 +60,24 @@ MPM_INLINE void to_first_piola_kirchhoff(const SweepContext<Dim, R>& context, co
 /// F-bar, or mean dilatation, as a rate (Hughes 1980; de Souza Neto et al. 1996; Zhao, Jiang & Choo 2023 for MPM): the volumetric part of L
 /// is replaced by its mean over the particles of a cell, weighted by their masses,
 ///
-///     L' = L + (tr_m - tr L) I / dim.
+///     L' = L + (tr_m - tr L) I / dim,
+///
+/// with dim = 3 around an axis.
 ///
 /// The forces are those that do the same work: with the spherical part of the stress replaced by the mean of V0 tr tau / dim. So energy
 /// balances as without. Cells with more particles than a chunk has slots form several such groups.
 ///
-/// `diagonal(k, d)`: where component (d, d) of the slot k is.
+/// `diagonal(k, d)`: where component (d, d) of the slot k is, that around the axis included.
 template <int Dim, class R, class Diagonal>
 MPM_INLINE void average_spherical_part(const SweepContext<Dim, R>& context, const SweepChunk<Dim, R>& chunk, Diagonal&& diagonal) {
   using P = Pack<R>;
+  const int directions = context.layout.hoop >= 0 ? 3 : Dim;
   for (int lane = 0; lane < k_lanes<R>; lane += P::k_width) {
     const P counts = P::load(chunk.counts + lane);
     const auto spherical = [&](int k) {
       P trace = P::load(diagonal(k, 0) + lane);
-      for (int d = 1; d < Dim; ++d) trace += P::load(diagonal(k, d) + lane);
-      return trace * P(1.0 / Dim);
+      for (int d = 1; d < directions; ++d) trace += P::load(diagonal(k, d) + lane);
+      return trace * P(1.0 / directions);
     };
     P sum = P(0);
     P weight = P(1e-30);
@@ -88,7 +91,7 @@ MPM_INLINE void average_spherical_part(const SweepContext<Dim, R>& context, cons
     for (int k = 0; k < chunk.slots_in_use[lane / P::k_width]; ++k) {
       const Mask<R> live = counts > P(static_cast<double>(k));
       const P change = select(live, mean - spherical(k), P(0));
-      for (int d = 0; d < Dim; ++d) (P::load(diagonal(k, d) + lane) + change).store(diagonal(k, d) + lane);
+      for (int d = 0; d < directions; ++d) (P::load(diagonal(k, d) + lane) + change).store(diagonal(k, d) + lane);
     }
   }
 }
@@ -96,7 +99,7 @@ MPM_INLINE void average_spherical_part(const SweepContext<Dim, R>& context, cons
 template <int Dim, class R>
 __attribute__((noinline)) void average_gradients(const SweepContext<Dim, R>& context, const SweepChunk<Dim, R>& chunk,
                                                  ChunkBuffers<Dim, R>& buffers) {
-  average_spherical_part(context, chunk, [&](int k, int d) { return buffers.L_grad[k][d * Dim + d]; });
+  average_spherical_part(context, chunk, [&](int k, int d) { return d == Dim ? buffers.L_hoop[k] : buffers.L_grad[k][d * Dim + d]; });
 }
 template <int Dim, class R>
 __attribute__((noinline)) void average_stresses(const SweepContext<Dim, R>& context, const SweepChunk<Dim, R>& chunk,
@@ -130,6 +133,7 @@ MPM_INLINE void update_stress(SweepContext<Dim, R>& context, SweepChunk<Dim, R>&
   law.uniform_volume = context.uniform_volume;
   law.dt = context.dt;
   law.L = Stages<S>::gathers_gradient ? &buffers.L_grad[0][0][0] : nullptr;
+  law.L_hoop = Stages<S>::gathers_gradient ? &buffers.L_hoop[0][0] : nullptr;
   law.tau = &buffers.tau[0][0][0];
   law.J_min = context.J_min;
   law.J_max = context.J_max;

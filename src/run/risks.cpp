@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <numeric>
 
 #include "core/error.hpp"
@@ -15,12 +16,12 @@ namespace {
 /// What a body has in a cell of the grid.
 struct CellShare {
   Index cell = 0;
-  Real volume = 0;  ///< [m^dim]
+  Real volume = 0;  ///< [m^dim], of rings that of their section.
   Index count = 0;  ///< Particles.
 };
 
 /// The cells that a body fills, ascending.
-std::vector<CellShare> shares_of(const Solver& solver, std::size_t body) {
+std::vector<CellShare> shares_of(const Case& problem, const Solver& solver, std::size_t body) {
   const auto dim = static_cast<std::size_t>(solver.dim());
   const GridGeometry& grid = solver.grid();
   std::vector<CellShare> shares;
@@ -34,7 +35,8 @@ std::vector<CellShare> shares_of(const Solver& solver, std::size_t body) {
         const Real place = (x[p * dim + d] - grid.lower[d]) / grid.cell_size[d];
         cell = cell * (grid.nodes[d] + 1) + static_cast<Index>(std::max(place, Real{0}));
       }
-      shares.push_back({cell, volume[p], 1});
+      const Real around = problem.grid.is_axisymmetric ? 2 * std::numbers::pi * x[p * dim] : 1;
+      shares.push_back({cell, volume[p] / around, 1});
     }
   }
   std::sort(shares.begin(), shares.end(), [](const CellShare& a, const CellShare& b) { return a.cell < b.cell; });
@@ -237,7 +239,7 @@ std::vector<std::string> risks_of(const Case& problem, const Solver& solver) {
   if (problem.is_implicit()) return risks;
   find_start_out_of_balance(problem, solver, risks);
   std::vector<std::vector<CellShare>> shares;
-  for (std::size_t b = 0; b < solver.body_count(); ++b) shares.push_back(shares_of(solver, b));
+  for (std::size_t b = 0; b < solver.body_count(); ++b) shares.push_back(shares_of(problem, solver, b));
   find_overlaps(solver, shares, risks);
   find_sparse_bodies(problem, solver, shares, risks);
   find_unsafe_schemes(problem, solver, risks);

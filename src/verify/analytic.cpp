@@ -64,6 +64,7 @@ VerifySuite analytic_suite() {
   add_implicit_newton(suite);
   add_implicit_incompressible(suite);
   add_elastic_cylinder(suite);
+  add_axisymmetry(suite);
   add_implicit_paper(suite);
   add_implicit_explicit(suite);
   add_implicit_friction(suite);

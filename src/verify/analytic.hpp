@@ -28,6 +28,7 @@ void add_implicit_analytic(VerifySuite& suite);
 void add_implicit_newton(VerifySuite& suite);
 void add_implicit_incompressible(VerifySuite& suite);
 void add_elastic_cylinder(VerifySuite& suite);
+void add_axisymmetry(VerifySuite& suite);
 void add_implicit_paper(VerifySuite& suite);
 void add_implicit_explicit(VerifySuite& suite);
 void add_implicit_friction(VerifySuite& suite);
