@@ -144,7 +144,7 @@ std::vector<Continued> continued() {
        8},
       {"rings_around_an_axis",
        "gravity = [0, -9.81]\n[grid]\naxisymmetric = true\nupper = [1, 1]\ncells = [10, 10]\n[time]\nend = 1\n" +
-           box("cylinder", "[0, 0.1]", "[0.5, 0.6]", solid + thrown) + floor,
+           box("block", "[0, 0.1]", "[0.5, 0.6]", solid + thrown) + floor,
        40},
       {"implicit_elements_in_contact",
        given + step(0.002) + implicit + "basis = \"element\"\nelement_order = 1\ncontact = \"pairs\"\nfriction = 0.3\n" +
