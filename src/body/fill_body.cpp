@@ -15,7 +15,8 @@ Seeds fill_body(const BodySpec& body, const SeedingGrid& grid) {
   } catch (const InputError& error) {
     throw InputError("{}: {}", where, error.what());
   }
-  if (grid.has_axis) {
+  // The other half of a region. Points that a case names are left to the check below.
+  if (grid.has_axis && body.region) {
     std::size_t kept = 0;
     for (std::size_t p = 0; p < seeds.position.size(); ++p) {
       if (seeds.position[p][0] < 0) continue;

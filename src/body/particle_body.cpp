@@ -109,8 +109,11 @@ void ParticleBody<Dim, R>::seed(const BodySpec& spec, Grid<Dim, R>& grid) {
   const std::size_t n = seeds.position.size();
   id_count_ = static_cast<Index>(n);
   const Real area = std::accumulate(seeds.volume.begin(), seeds.volume.end(), Real{0});
-  // Of a full ring.
-  for (std::size_t p = 0; p < n && scheme_.is_axisymmetric; ++p) seeds.volume[p] *= 2 * std::numbers::pi * seeds.position[p][0];
+  for (std::size_t p = 0; p < n && scheme_.is_axisymmetric; ++p) {
+    if (seeds.position[p][0] == 0)
+      throw InputError("{}: particle {} lies on the axis, where its ring has no mass; move it off x = 0", place_of(spec), p);
+    seeds.volume[p] *= 2 * std::numbers::pi * seeds.position[p][0];  // of a full ring
+  }
   const auto [smallest, largest] = std::minmax_element(seeds.volume.begin(), seeds.volume.end());
   smallest_volume_ = *smallest;
   uniform_volume_ = *smallest;

@@ -189,7 +189,7 @@ class ImplicitSolver final : public Solver {
   };
   std::vector<HeldBoundary> boundaries_;  ///< By condition, also those that hold nothing.
   std::vector<HeldBoundary> pairs_;       ///< What the second body of a pair in contact does to the first.
-  bool has_pressed_ = false;              ///< Contact, in the last step.
+  bool has_pressed_ = false;              ///< Contact, in the last step of a case without particles.
   Real work_at_start_ = 0;                ///< Half the work of all reactions at the start of the step, in its displacements [J].
   NodalWork<Dim> traction_work_;
   NodalWork<Dim> soft_work_;

@@ -73,8 +73,9 @@ void find_bad_slot(LawChunk<Dim, R>& chunk, int lane) {
   }
 }
 
-template <class Law, int Dim, class R>
-__attribute__((flatten)) void update_law(const void* law_pointer, LawChunk<Dim, R>& chunk) {
+/// With a stretch around an axis, or without: then the compiler knows that it is 1, which saves a law up to a fifth of its work.
+template <class Law, int Dim, class R, bool has_hoop>
+__attribute__((flatten)) void update_law_with(const void* law_pointer, LawChunk<Dim, R>& chunk) {
   using P = Pack<R>;
   using M = Mat3<P, Dim == 2>;
   using History = typename LawHistory<Law, P, Dim == 2>::Type;
@@ -106,8 +107,7 @@ __attribute__((flatten)) void update_law(const void* law_pointer, LawChunk<Dim, 
           if (k_has_state<Law>) kinematics.g(r, c) = dt * kinematics.L(r, c);
         }
       }
-      const bool has_hoop = Dim == 2 && at.hoop >= 0;
-      if (has_hoop) {
+      if constexpr (has_hoop) {
         kinematics.F(2, 2) = P::load(slot + at.hoop * L);
         if (L_grad != nullptr) kinematics.L(2, 2) = P::load(chunk.L_hoop + k * L + lane);
         if (k_has_state<Law>) kinematics.g(2, 2) = dt * kinematics.L(2, 2);
@@ -117,13 +117,13 @@ __attribute__((flatten)) void update_law(const void* law_pointer, LawChunk<Dim, 
         // their products. So F = s I, and s follows J' = J tr L exactly for a constant L: J stays positive, and comes back when the flow
         // does.
         P trace = kinematics.L(0, 0);
-        const int directions = has_hoop ? 3 : Dim;
+        constexpr int directions = has_hoop ? 3 : Dim;
         for (int d = 1; d < directions; ++d) trace += kinematics.L(d, d);
         P s = kinematics.F(0, 0);
         if (L_grad != nullptr) {
           s *= exp(trace * P(chunk.dt / directions));
           s.store(slot + at.F * L);
-          if (has_hoop) s.store(slot + at.hoop * L);
+          if constexpr (has_hoop) s.store(slot + at.hoop * L);
           for (int d = 1; d < Dim; ++d) s.store(slot + (at.F + d * Dim + d) * L);
         }
         kinematics.F = M::identity();
@@ -138,7 +138,7 @@ __attribute__((flatten)) void update_law(const void* law_pointer, LawChunk<Dim, 
             F_new(r, c) = F(r, c) + dt * change;
           }
         }
-        if (has_hoop) {
+        if constexpr (has_hoop) {
           F_new(2, 2) = F(2, 2) + dt * (kinematics.L(2, 2) * F(2, 2));
           F_new(2, 2).store(slot + at.hoop * L);
         }
@@ -195,6 +195,14 @@ __attribute__((flatten)) void update_law(const void* law_pointer, LawChunk<Dim, 
     for (int i = 0; i < P::k_width; ++i) dissipated += static_cast<Real>(dissipated_sum.v[i]);
   }
   chunk.dissipated = k_has_state<Law> ? dissipated : dissipated * chunk.dt;
+}
+
+template <class Law, int Dim, class R>
+void update_law(const void* law_pointer, LawChunk<Dim, R>& chunk) {
+  if constexpr (Dim == 2) {
+    if (chunk.layout->hoop >= 0) return update_law_with<Law, Dim, R, true>(law_pointer, chunk);
+  }
+  update_law_with<Law, Dim, R, false>(law_pointer, chunk);
 }
 
 }  // namespace

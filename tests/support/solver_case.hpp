@@ -193,6 +193,9 @@ inline Sums sums_of(const Solver& solver) {
   return sums;
 }
 
+/// With what contact stores.
+inline Real whole_energy(const Solver& solver) { return sums_of(solver).energy + solver.ledger().contact_energy; }
+
 /// Sum of m |v|: what round-off in momentum is measured by.
 inline Real momentum_scale(const Solver& solver) {
   Real scale = 0;
