@@ -252,16 +252,19 @@ TEST(ElementContact, loads_on_faces_press_one_body_on_another) {
   // Two blocks side by side; the left one is pulled away from the right one, which does not follow and has no load of its own.
   const std::string body =
       block(2, "left", k_elements, {0, 0, 0}, {0.2, 0.2, 0}) + block(2, "right", k_elements, {0.2, 0, 0}, {0.4, 0.2, 0});
-  const auto run = [&](Real traction) {
+  const auto run = [&](const char* side, Real traction) {
     Simulation sim(read(head(2, 0.4, 0.2, "contact = \"pairs\"\n", "end = 0.02\ndt = 0.001") + body +
-                        fmt::format("[[boundary]]\nside = \"left\"\nkind = \"traction\"\ntraction = [{}, 0]\n", traction)));
+                        fmt::format("[[boundary]]\nside = \"{}\"\nkind = \"traction\"\ntraction = [{}, 0]\n", side, traction)));
     sim.run();
     return std::array<Real, 2>{sim.solver().totals(0).momentum[0], sim.solver().totals(1).momentum[0]};
   };
-  const std::array<Real, 2> pulled = run(-1000), pressed = run(1000);
-  EXPECT_NEAR(pulled[0], -1000 * 0.2 * 0.02, 1e-9);
+  const Real impulse = 1000 * 0.2 * 0.02;
+  const std::array<Real, 2> pulled = run("left", -1000), away = run("right", 1000), pressed = run("left", 1000);
+  EXPECT_NEAR(pulled[0], -impulse, 1e-9);
   EXPECT_NEAR(pulled[1], 0, 1e-12);
-  EXPECT_NEAR(pressed[0] + pressed[1], 1000 * 0.2 * 0.02, 1e-9);
+  EXPECT_NEAR(away[0], 0, 1e-12);
+  EXPECT_NEAR(away[1], impulse, 1e-9);
+  EXPECT_NEAR(pressed[0] + pressed[1], impulse, 1e-9);
   EXPECT_GT(pressed[1], 0.5);
 }
 
