@@ -144,6 +144,9 @@ void check_axisymmetry(const Case& problem, const Input& input) {
                           problem.gravity[0]));
   }
   for (const BodySpec& body : problem.bodies) {
+    // Without the correction of fluids, affine velocities of spray grow without bound.
+    if (body.material->is_fluid() && problem.solver.transfer != Transfer::flip && problem.solver.transfer != Transfer::pic)
+      fail("solver", "transfer", fmt::format(" unless it is \"flip\" or \"pic\" (body \"{}\" is a fluid)", body.name));
     if (body.formulation != Formulation::total) continue;
     fail_case(Input::table().with_place(body.place), fmt::format("body {}", body.name),
               "formulation = \"total\" cannot be used with grid.axisymmetric = true; use \"updated\"");
@@ -401,13 +404,24 @@ Real cells_of_band(const Case& problem) {
   return solver.transfer == Transfer::apic ? 3 : solver.transfer == Transfer::tpic ? 2 : 1;
 }
 
+/// Around an axis no direction is that of plane strain: laws that go by the dimension are those of space.
+int stress_dim(const Case& problem) { return problem.grid.is_axisymmetric ? 3 : problem.dim; }
+
+void read_laws_in_space(Case& problem) {
+  for (BodySpec& body : problem.bodies) {
+    if (stress_dim(problem) == problem.dim || body.material->law_index() < 0) continue;
+    const ReadContext context{stress_dim(problem), fmt::format("body {}", body.name)};
+    body.material = material_registry().read(body.material->write(problem.dim), context, "material");
+  }
+}
+
 /// The length of what breaks, or of shocks, is the cell size where a case gives none, that of a band as many as it is wide.
 void choose_lengths(Case& problem) {
   const GridSpec& grid = problem.grid;
   for (BodySpec& body : problem.bodies) {
     if (!body.material->needs_length()) continue;
     const Input place = Input::table().with_place(body.place);
-    const ReadContext context{problem.dim, fmt::format("body {}: material", body.name)};
+    const ReadContext context{stress_dim(problem), fmt::format("body {}: material", body.name)};
     const bool has_equal_cells = grid.cell_size.size() == static_cast<std::size_t>(problem.dim) && grid.grading.empty() &&
                                  !grid.is_mapped() &&
                                  std::all_of(grid.lines.begin(), grid.lines.end(), [](const auto& line) { return line.empty(); });
@@ -483,7 +497,13 @@ void choose_scheme(Case& problem, const Input& input) {
     solver.co_rotating = solver.shape != ShapeKind::linear && solver.transfer == Transfer::flip &&
                          solver.stress_order != StressOrder::usf && problem.grid.periodic.empty() && !problem.grid.is_axisymmetric;
   if (!solver.fluid_correction) solver.fluid_correction = has_fluid && !has_gas && is_smooth(solver.shape) && !problem.grid.is_axisymmetric;
+  // Its filter is what keeps spray calm; a share of PIC does that, too. Water that closes over the axis gained 19 % without.
+  constexpr Real k_flip_around_axis = 0.99;
+  if (problem.grid.is_axisymmetric && has_fluid && !*solver.fluid_correction && solver.transfer == Transfer::flip &&
+      !is_given(given, "flip"))
+    solver.flip = k_flip_around_axis;
   hold_axis(problem);
+  read_laws_in_space(problem);
   choose_lengths(problem);
 }
 

@@ -25,7 +25,7 @@ struct DruckerPrager : GranularLaw<DruckerPrager> {
         "fit", &DruckerPrager::fit,
         {{"by_dimension", Fit::by_dimension}, {"compression", Fit::compression}, {"extension", Fit::extension}, {"plane", Fit::plane}},
         "Where it has Mohr-Coulomb's strength: in triaxial compression or extension, or in plane strain. by_dimension: plane in 2D, "
-        "compression in 3D.");
+        "compression in 3D and around an axis.");
   }
   void check(const Input& input, const ReadContext& context) {
     fit_ = fit != Fit::by_dimension ? fit : context.dim == 2 ? Fit::plane : Fit::compression;

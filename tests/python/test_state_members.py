@@ -133,7 +133,8 @@ UNDECLARED = {
     "FaceContacts": {GIVEN: "conditions_", ANEW: "released_ sets_ held_ slipping_ unsettled_"},
     "FaceContacts::Node": {GIVEN: "condition axis inward can_slip friction slot", ANEW: "changes slips turns"},
     "FemBody": {
-        GIVEN: "cells_ nodes_of_body_ undeformed_ cell_rows_ output_cells_ functions_ nodes_ N_ weight_ratio_ receding_correction_ depths_ cell_length_"
+        GIVEN: "cells_ nodes_of_body_ undeformed_ cell_rows_ output_cells_ functions_ nodes_ N_ weight_ratio_ receding_correction_ "
+        "depths_ cell_length_"
     },
     "FluidCorrection": {GIVEN: "has_filter_ grid_ conditions_ fluids_ fillers_ lengths_ cell_size_"},
     "Grid": {
@@ -168,7 +169,8 @@ UNDECLARED = {
     "SideContact::Side": {GIVEN: "axis inward condition friction", ANEW: "shifts"},
     "Simulation": {GIVEN: "case_", REPORTS: "health_lines_", RUN: "callbacks_ history_callbacks_ is_changed_by_hand_ broken_"},
     "StepSpace": {
-        GIVEN: "conditions_ soft_stiffness_ has_own_fields_ moves_basis_ functions_ is_fem_cell_ is_fem_node_ is_border_cell_ receding_faces_",
+        GIVEN: "conditions_ soft_stiffness_ has_own_fields_ moves_basis_ functions_ is_fem_cell_ is_fem_node_ is_border_cell_ "
+        "receding_faces_",
         ANEW: "cell_source_ particles_ cell_begin_ soft_factors_ N_ gradients_ corrected_ corrected_gradients_ receding_count_ nodes_ "
         "slots_ cell_nodes_ unknowns_ unknown_count_ pattern_",
         REPORTS: "penetrated_count_",
