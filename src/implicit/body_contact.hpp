@@ -1,4 +1,4 @@
-// Contact between bodies of particles in fields of displacements of their own.
+// Contact between bodies in fields of displacements of their own; of a body of elements the Gauss points are the particles.
 //
 // The potential that the explicit solver has (docs/theory.md, contact between bodies),
 //
