@@ -114,6 +114,21 @@ def _has_arrays(layout: Any) -> bool:
     return isinstance(layout, Mapping) and layout.get("type") == "points" and isinstance(layout.get("positions"), np.ndarray)
 
 
+def _predicate(region: Where, dim: int, lower: Any, upper: Any) -> _core.Region:
+    def contains(position: Floats) -> bool:
+        return bool(region.mask(position)[0])
+
+    corners = [[float(x) for x in np.asarray(corner).ravel()] for corner in (lower, upper)]
+    return _core.predicate_region(contains, dim, corners[0], corners[1])
+
+
+def _load_to_core(load: Mapping[str, Any], dim: int, grid: Mapping[str, Any]) -> dict[str, Any]:
+    made = dict(load)
+    if isinstance(made.get("region"), Where):
+        made["region"] = _predicate(made["region"], dim, grid["lower"], grid["upper"])
+    return made
+
+
 def _body_to_core(body: Mapping[str, Any], dim: int) -> dict[str, Any]:
     made = dict(body)
     where = f'body "{body.get("name", "")}"'
@@ -125,11 +140,7 @@ def _body_to_core(body: Mapping[str, Any], dim: int) -> dict[str, Any]:
             if np.shape(corner) != (dim,):
                 raise _core.InputError(f"{where}: region: {region!r}: the corner {shown(corner)} must have {dim} numbers")
 
-        def contains(position: Floats, chosen: Where = region) -> bool:
-            return bool(chosen.mask(position)[0])
-
-        corners = [[float(x) for x in np.asarray(corner).ravel()] for corner in (region.lower, region.upper)]
-        made["region"] = _core.predicate_region(contains, dim, corners[0], corners[1])
+        made["region"] = _predicate(region, dim, region.lower, region.upper)
     if isinstance(made.get("material"), FunctionLaw):
         made["material"] = made["material"].to_core()
     if callable(made.get("velocity")):
@@ -224,6 +235,7 @@ def placeholders(case: Mapping[str, Any], dim: int) -> dict[str, Any]:
     data = {key: value for key, value in case.items() if key != "body_force"}
     data["body"] = [_without_functions(body, dim) for body in case.get("body", [])]
     data["boundary"] = [_without_functions(boundary, dim) for boundary in case.get("boundary", [])]
+    data["load"] = [_without_functions(load, dim) for load in case.get("load", [])]
     return _without_empty(plain(data))
 
 
@@ -243,6 +255,7 @@ def to_core(case: Mapping[str, Any], dim: int, resolved: Mapping[str, Any]) -> d
             boundary["velocity"] = _core.velocity_history(velocity, dim)
         boundaries.append(boundary)
     data["boundary"] = boundaries
+    data["load"] = [_load_to_core(load, dim, resolved["grid"]) for load in case.get("load", [])]
     if callable(data.get("body_force")):
         data["body_force"] = _body_force(data["body_force"], dim)
     return _without_empty(plain(data))

@@ -22,7 +22,7 @@ class History(Mapping[str, Floats]):
 
     def __getitem__(self, name: str) -> Floats:
         if name not in self._columns:
-            raise KeyError(f'the history has no column "{name}"{did_you_mean(name, list(self._columns))}')
+            raise KeyError(f'the history has no column "{name}"{did_you_mean(str(name), list(self._columns))}')
         return self._columns[name]
 
     def __iter__(self) -> Iterator[str]:

@@ -27,8 +27,18 @@ from matpoint.scene import Scene
 from matpoint.state import BodyState, BoundaryState, GridState
 
 _TABLES = ("grid", "time", "solver", "output")
-_LISTS = ("body", "boundary", "probe")
-_VALUES = ("title", "source", "dim", "gravity", "gravity_times", "gravity_factors", "body_force")
+_LISTS = ("body", "boundary", "load", "probe")
+_VALUES = (
+    "title",
+    "source",
+    "dim",
+    "gravity",
+    "gravity_times",
+    "gravity_factors",
+    "base_acceleration",
+    "base_acceleration_times",
+    "body_force",
+)
 
 # A process forked from one whose threads have worked has none of them, and would wait for them for ever.
 os.register_at_fork(after_in_child=lambda: _core.set_threads(1))
@@ -93,8 +103,9 @@ class Case:
 
     Args:
         name: Names the results; a file's stem for a case that was read.
-        sections: The keys of a case file: title, source, dim, gravity [m/s^2], gravity_times [s], gravity_factors, grid, time,
-            solver, output, body, boundary, probe. Sections are parts (`Grid(...)`) or dicts, lists of them for body, boundary and probe.
+        sections: The keys of a case file: title, source, dim, gravity [m/s^2], gravity_times [s], gravity_factors,
+            base_acceleration (n, dim) [m/s^2], base_acceleration_times (n,) [s], grid, time, solver, output, body, boundary, load, probe.
+            Sections are parts (`Grid(...)`) or dicts, lists of them for body, boundary, load and probe.
             Beside what a file can say: `body_force`, a function of positions (n, dim) [m], or of positions and time [s], that gives
             accelerations (n, dim) [m/s^2], at the nodes or, with the implicit solver, at the particles; the initial `velocity` of a body
             as a function of positions (n, dim) that gives velocities (n, dim) [m/s]; the `velocity` of a boundary
@@ -200,7 +211,7 @@ class Case:
     def resolved(self) -> dict[str, Any]:
         """All values with their defaults, as `matpoint check` prints them; functions and arrays of points as text. Raises InputError."""
         data = self._resolve()
-        for key in ("body", "boundary"):
+        for key in ("body", "boundary", "load"):
             for said, given in zip(data.get(key, []), self._data.get(key, [])):
                 said.update({name: text for name in ("region", "velocity", "layout") if (text := text_of(name, given.get(name)))})
         return data
@@ -315,7 +326,7 @@ class Simulation:
 
     @property
     def boundaries(self) -> dict[str, BoundaryState]:
-        """What each boundary does to the bodies, by its name or side, in the order of the case."""
+        """What each boundary, then each load, does to the bodies, by its name or side, in the order of the case."""
         return {name: BoundaryState(np.array(force), np.array(impulse), work) for name, force, impulse, work in self._core.boundaries()}
 
     @property

@@ -1,10 +1,12 @@
 // A body as the solver's step sees it: everything that carries mass and stress to the grid. One virtual call per body and sweep.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "body/particle_load.hpp"
 #include "core/state.hpp"
 #include "geometry/point_cells.hpp"
 #include "grid/grid.hpp"
@@ -44,6 +46,15 @@ struct MovingPoint {
   Vec<Dim> v{};  ///< [m/s]
 };
 
+/// What a load wants to know of a particle.
+template <int Dim>
+struct LoadedPoint {
+  bool is_there = false;  ///< Not removed, and in the grid.
+  Vec<Dim> x{};           ///< [m]
+  std::array<Real, Dim * Dim> F{};
+  Real F33 = 1;
+};
+
 /// The passes of the correction of fluids over the particles (explicit/fluid_correction.cpp). Each reads what the one before has summed at
 /// the nodes.
 enum class CorrectionPass {
@@ -79,6 +90,12 @@ class Body {
   /// Adds forces [N] on some particles, Dim numbers per id, to the nodes, after the sweep that has mapped them. `ids`: those with a force,
   /// each once; `box` has them in it.
   virtual void add_forces(const std::vector<Real>& values, const std::vector<Index>& ids, const Extent<Dim>& box) = 0;
+  /// Those with a place among `points`, by id; -1: none.
+  virtual void take_points(const std::vector<std::int32_t>& places, std::vector<LoadedPoint<Dim>>& points) const = 0;
+  /// Adds forces beside such particles to the nodes, after the sweep that has mapped them and before the grid's pass ends. `first`: of
+  /// each place, and one more.
+  virtual void add_loads(const std::vector<std::int32_t>& places, const std::vector<std::size_t>& first,
+                         const std::vector<PointForce<Dim>>& forces) = 0;
   /// A box with all particles in it; of updated bodies it may be wider by a cell.
   virtual Extent<Dim> extent() const = 0;
   /// Whether its velocities are mapped in the frame that turns with it where nothing holds it, and whether something does.

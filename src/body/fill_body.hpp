@@ -3,9 +3,19 @@
 
 #include "case/body_spec.hpp"
 #include "geometry/layout.hpp"
+#include "grid/grid.hpp"
 #include "material/initial_state.hpp"
 
 namespace matpoint {
+
+/// What layouts see of a grid.
+template <int Dim, class R>
+SeedingGrid seeding_grid(const Grid<Dim, R>& grid, bool has_axis) {
+  const GridGeometry geometry = grid.geometry();
+  SeedingGrid box{Dim, geometry.lower, {}, geometry.cell_size, has_axis};
+  for (int d = 0; d < Dim; ++d) box.upper[static_cast<std::size_t>(d)] = grid.upper(d);
+  return box;
+}
 
 /// The particles of a body. Throws InputError for an empty body and for particles outside of the grid.
 Seeds fill_body(const BodySpec& body, const SeedingGrid& grid);

@@ -100,10 +100,7 @@ ParticleBody<Dim, R>::ParticleBody(const BodySpec& spec, const ParticleScheme& s
 
 template <int Dim, class R>
 void ParticleBody<Dim, R>::seed(const BodySpec& spec, Grid<Dim, R>& grid) {
-  const GridGeometry geometry = grid.geometry();
-  SeedingGrid box{Dim, geometry.lower, {}, geometry.cell_size, scheme_.is_axisymmetric};
-  for (int d = 0; d < Dim; ++d) box.upper[static_cast<std::size_t>(d)] = grid.upper(d);
-  Seeds seeds = fill_body(spec, box);
+  Seeds seeds = fill_body(spec, seeding_grid(grid, scheme_.is_axisymmetric));
   const bool has_hoop_in_F = scheme_.is_axisymmetric && !spec.material->remembers_strain();
   const std::vector<InitialState> start = initial_states(spec, has_hoop_in_F ? 3 : Dim, seeds);
   const std::size_t n = seeds.position.size();

@@ -38,6 +38,9 @@ class ParticleBody final : public Body<Dim> {
   void set_body_force(const std::vector<Real>& values) override;
   Real body_force_power(const std::vector<Real>& values, Vec3& force) const override;
   void add_forces(const std::vector<Real>& values, const std::vector<Index>& ids, const Extent<Dim>& box) override;
+  void take_points(const std::vector<std::int32_t>& places, std::vector<LoadedPoint<Dim>>& points) const override;
+  void add_loads(const std::vector<std::int32_t>& places, const std::vector<std::size_t>& first,
+                 const std::vector<PointForce<Dim>>& forces) override;
   Extent<Dim> extent() const override;
   bool is_co_rotating() const override { return scheme_.is_co_rotating; }
   void set_held(bool is_held) override { spin_.is_held = is_held; }
@@ -174,9 +177,10 @@ class ParticleBody final : public Body<Dim> {
     const int after = is_far ? 2 : grid_.cells(d) - 1 - cell;
     return Shape(static_cast<R>(std::min(before, 2)), static_cast<R>(std::min(after, 2)), static_cast<R>(reach_));
   }
-  /// Of the particle with the fields in a cell.
+  /// Of the particle with the fields in a cell, or of a place beside it, by an arm in cell sides.
   template <class Shape>
-  ParticleWeights<Dim, R, Shape> weights_of(const Block<Dim, R>& block, int lane, const R* fields, int stride) const;
+  ParticleWeights<Dim, R, Shape> weights_of(const Block<Dim, R>& block, int lane, const R* fields, int stride,
+                                            const R* arm = nullptr) const;
   template <class Shape>
   void map_arrival_with(Sweep what, const Block<Dim, R>& block, int lane, const R* fields);
   SweepVariant variant() const;
@@ -188,6 +192,9 @@ class ParticleBody final : public Body<Dim> {
   void add_forces_with(const std::vector<Real>& values, const std::vector<Index>& ids, const Extent<Dim>& box);
   template <class Shape>
   void add_force_with(const Block<Dim, R>& block, int lane, const R* fields, const Real* force);
+  template <class Shape>
+  void add_loads_with(const std::vector<std::int32_t>& places, const std::vector<std::size_t>& first,
+                      const std::vector<PointForce<Dim>>& forces);
   /// Of a total Lagrangian body.
   const std::vector<Seat>& seats() const;
   /// Calls f(block, slot, lane) for the particles of a band whose cells are in or beside the box; of total Lagrangian bodies, for all.
@@ -297,13 +304,14 @@ void ParticleBody<Dim, R>::for_each_particle(F&& f) const {
 
 template <int Dim, class R>
 template <class Shape>
-ParticleWeights<Dim, R, Shape> ParticleBody<Dim, R>::weights_of(const Block<Dim, R>& block, int lane, const R* fields, int stride) const {
+ParticleWeights<Dim, R, Shape> ParticleBody<Dim, R>::weights_of(const Block<Dim, R>& block, int lane, const R* fields, int stride,
+                                                                const R* arm) const {
   const SlotLayout<Dim>& at = blocks_->layout();
   Shape shapes[Dim];
   R x[Dim], edges[Dim][Dim];
   for (int d = 0; d < Dim; ++d) {
     shapes[d] = shape_at<Shape>(block.first[static_cast<std::size_t>(d)] + (d == 0 ? lane : 0), d);
-    x[d] = fields[(at.x + d) * stride];
+    x[d] = fields[(at.x + d) * stride] + (arm != nullptr ? arm[d] : R(0));
     for (int k = 0; k < Dim; ++k) {
       const R F = at.u >= 0 ? static_cast<R>(d == k) : fields[(at.F + d * Dim + k) * stride];
       edges[d][k] = F * static_cast<R>(reach_ * grid_.cell_size(k) / grid_.cell_size(d));

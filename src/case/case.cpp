@@ -62,6 +62,7 @@ std::string named_label(const std::string& what, const Input& item, std::size_t 
 }
 std::string body_label(const Input& item, std::size_t index) { return named_label("body", item, index); }
 std::string probe_label(const Input& item, std::size_t index) { return named_label("probe", item, index); }
+std::string load_label(const Input& item, std::size_t index) { return named_label("load", item, index); }
 std::string boundary_label(const Input&, std::size_t index) { return fmt::format("boundary {}", index + 1); }
 
 [[noreturn]] void fail_at(const std::string& place, const std::string& text) { fail_input(Input::table().with_place(place), {}, text); }
@@ -109,6 +110,56 @@ void check_gravity_table(const Case& problem, const Input& input) {
   }
 }
 
+void check_base_acceleration(const Case& problem, const Input& input) {
+  const std::vector<Real>& times = problem.base_acceleration_times;
+  const ReadContext context{problem.dim, ""};
+  if (times.size() != problem.base_acceleration.size()) {
+    fail_input(at_key(input, times.empty() ? "base_acceleration" : "base_acceleration_times"), context,
+               fmt::format("base_acceleration_times has {} entries and base_acceleration {}; they must match", times.size(),
+                           problem.base_acceleration.size()));
+  }
+  for (std::size_t k = 1; k < times.size(); ++k) {
+    if (times[k] > times[k - 1]) continue;
+    fail_input(at_key(input, "base_acceleration_times"), context,
+               fmt::format("base_acceleration_times[{}] = {} must be greater than base_acceleration_times[{}] = {}", k, times[k], k - 1,
+                           times[k - 1]));
+  }
+}
+
+/// What loads and bodies say of each other.
+void check_loads(const Case& problem) {
+  std::set<std::string> taken;
+  for (const std::string& name : boundary_names(problem.boundaries)) taken.insert(name);
+  std::vector<std::string> bodies;
+  for (const BodySpec& body : problem.bodies) {
+    bodies.push_back(body.name);
+    taken.insert(body.name);
+  }
+  const std::vector<std::string> names = load_names(problem.loads);
+  for (std::size_t k = 0; k < problem.loads.size(); ++k) {
+    const LoadSpec& load = problem.loads[k];
+    const auto fail = [&](const std::string& text) { fail_at(load.place, fmt::format("load {}: {}", names[k], text)); };
+    if (!taken.insert(names[k]).second)
+      fail(fmt::format("a load, boundary or body has the name \"{}\" already; give each its own", names[k]));
+    const auto body = std::find(bodies.begin(), bodies.end(), load.body);
+    if (body == bodies.end())
+      fail(fmt::format("body = \"{}\" is unknown, allowed: {}{}", load.body, list_names(bodies), did_you_mean(load.body, bodies)));
+    const BodySpec& spec = problem.bodies[static_cast<std::size_t>(body - bodies.begin())];
+    if (spec.method == BodyMethod::elements) {
+      fail(
+          fmt::format("body \"{}\" consists of elements; loads on their faces are boundaries with kind = \"traction\", and this is for "
+                      "bodies of particles",
+                      load.body));
+    }
+    if (load.is_on_surface() && spec.material->is_fluid()) {
+      fail(
+          fmt::format("body \"{}\" is a fluid, whose particles do not stay at its surface; a load on it can only be kind = \"force\" "
+                      "without a side",
+                      load.body));
+    }
+  }
+}
+
 /// The components that a condition on a side holds, as letters; "t" for a load.
 std::string held_components(const BoundarySpec& boundary, int dim) {
   if (boundary.kind == BoundaryKind::traction) return "t";
@@ -147,7 +198,7 @@ void check_together(const Case& problem) {
   check_unique_names(problem.bodies, "body");
   check_unique_names(problem.probes, "probe");
   check_sides_named_once(problem);
-  boundary_names(problem.boundaries);
+  check_loads(problem);
   for (std::size_t b = 0; b < problem.boundaries.size(); ++b) {
     const BoundarySpec& boundary = problem.boundaries[b];
     const std::vector<std::string> sides = side_names(problem.dim);
@@ -188,6 +239,25 @@ void Case::declare(ParameterTable<Case>& table) {
       },
       [=](const Case& problem, int dim) { return unless_empty(problem.gravity_factors, dim); });
   table.custom(
+      {"base_acceleration", "m/s^2", "array of points", "", "as many as base_acceleration_times",
+       "Acceleration of the ground, e.g. an earthquake's record, dim numbers at each time; the case is seen from the ground, with "
+       "velocities against it.",
+       false},
+      [](Case& problem, const Input& input, const ReadContext& context) {
+        read_value(input, context, "base_acceleration", any_number(), problem.base_acceleration);
+      },
+      [](const Case& problem, int dim) -> std::optional<Input> {
+        if (problem.base_acceleration.empty()) return std::nullopt;
+        return write_value(problem.base_acceleration, dim);
+      });
+  table.custom(
+      {"base_acceleration_times", "s", "array of numbers", "", "ascending",
+       "Times of base_acceleration: linear between, none before the first and after the last.", false},
+      [](Case& problem, const Input& input, const ReadContext& context) {
+        read_value(input, context, "base_acceleration_times", any_number(), problem.base_acceleration_times);
+      },
+      [=](const Case& problem, int dim) { return unless_empty(problem.base_acceleration_times, dim); });
+  table.custom(
       {"body_force", "m/s^2", "function", "", "from programs only", "Body force per mass, a function of position and time.", false},
       [](Case& problem, const Input& input, const ReadContext& context) {
         problem.body_force = input.as_object<BodyForce>();
@@ -206,6 +276,7 @@ void Case::declare(ParameterTable<Case>& table) {
   section(table, "output", &Case::output, "What is written, and when.", false, check_output);
   list_of(table, "body", &Case::bodies, "A body of particles.", true, body_label, check_body);
   list_of(table, "boundary", &Case::boundaries, "A condition on nodes of the grid.", false, boundary_label, check_boundary);
+  list_of(table, "load", &Case::loads, "A force on the particles of a body.", false, load_label, check_load);
   list_of(table, "probe", &Case::probes, "A particle whose motion and stress are written over time.", false, probe_label, check_probe);
 }
 
@@ -228,6 +299,7 @@ Case Case::from_input(const Input& input, const std::string& name) {
   check_together(problem);
   resolve_initial_stresses(problem);
   check_gravity_table(problem, input);
+  check_base_acceleration(problem, input);
   check_for_solver(problem, input);
   check_output_times(problem, input);
   return problem;
@@ -238,9 +310,17 @@ Real Case::load_factor(Real t) const {
   return is_implicit() && implicit.mode == ImplicitMode::quasi_static ? t / time.end : 1;
 }
 
+Real Case::load_factor(const LoadSpec& load, Real t) const {
+  if (!load.times.empty()) return interpolated(load.times, load.factors, t);
+  return is_implicit() && implicit.mode == ImplicitMode::quasi_static ? t / time.end : 1;
+}
+
 Vec3 Case::gravity_at(Real t) const {
   const Real factor = load_factor(t);
-  return {factor * gravity[0], factor * gravity[1], factor * gravity[2]};
+  Vec3 base{};
+  const std::vector<Real>& times = base_acceleration_times;
+  if (!times.empty() && t >= times.front() && t <= times.back()) base = interpolated(times, base_acceleration, t);
+  return {factor * gravity[0] - base[0], factor * gravity[1] - base[1], factor * gravity[2] - base[2]};
 }
 
 std::vector<std::string> Case::functions() const {
@@ -250,6 +330,10 @@ std::vector<std::string> Case::functions() const {
   for (const BodySpec& body : bodies) {
     if (is_text(body.region)) all.push_back(fmt::format("region of body \"{}\"", body.name));
     if (body.material->law_index() < 0) all.push_back(fmt::format("material of body \"{}\"", body.name));
+  }
+  const std::vector<std::string> loaded = load_names(loads);
+  for (std::size_t k = 0; k < loads.size(); ++k) {
+    if (is_text(loads[k].region)) all.push_back(fmt::format("region of load {}", loaded[k]));
   }
   const std::vector<std::string> names = boundary_names(boundaries);
   for (std::size_t b = 0; b < boundaries.size(); ++b) {
@@ -273,6 +357,7 @@ std::vector<CaseSection> case_sections() {
           {"body", "[[body]], one for each: a region filled with particles of one material.", parameters_of<BodySpec>().describe()},
           {"boundary", "[[boundary]], one for each: a condition on the nodes of a side or region; later ones win.",
            parameters_of<BoundarySpec>().describe()},
+          {"load", "[[load]], one for each: a pressure, traction or force on a body of particles.", parameters_of<LoadSpec>().describe()},
           {"output", "What is written, and when.", parameters_of<OutputSpec>().describe()},
           {"probe", "[[probe]], one for each: a particle's motion and stress over time.", parameters_of<ProbeSpec>().describe()}};
 }

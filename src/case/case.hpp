@@ -9,6 +9,7 @@
 #include "case/boundary_spec.hpp"
 #include "case/grid_spec.hpp"
 #include "case/implicit_spec.hpp"
+#include "case/load_spec.hpp"
 #include "case/output_spec.hpp"
 #include "case/solver_spec.hpp"
 #include "case/time_spec.hpp"
@@ -33,10 +34,14 @@ struct Case {
   Vec3 gravity{};
   std::vector<Real> gravity_times;    ///< [s], with factors: a table in time, linear between, constant outside.
   std::vector<Real> gravity_factors;  ///< [1], one per time.
+  /// Of the ground, whose frame the case is seen in: [m/s^2] at times [s], linear between, none outside; empty without.
+  std::vector<Vec3> base_acceleration;
+  std::vector<Real> base_acceleration_times;
   std::shared_ptr<BodyForce> body_force;
   GridSpec grid;
   std::vector<BodySpec> bodies;
   std::vector<BoundarySpec> boundaries;
+  std::vector<LoadSpec> loads;
   SolverSpec solver;  ///< Its type decides which of the two counts.
   ImplicitSpec implicit;
   TimeSpec time;
@@ -50,7 +55,10 @@ struct Case {
   /// Factor of gravity and tractions at time t [1]: by the table of gravity, or growing with the load steps of a quasi-static run that has
   /// none.
   Real load_factor(Real t) const;
-  /// Gravity at time t [m/s^2]: by the table, or growing with the load steps of a quasi-static run that has none.
+  /// Factor of a load at time t [1]: by its table, or growing with the load steps of a quasi-static run where it has none.
+  Real load_factor(const LoadSpec& load, Real t) const;
+  /// Gravity at time t [m/s^2]: by the table, or growing with the load steps of a quasi-static run that has none; less the acceleration of
+  /// the base.
   Vec3 gravity_at(Real t) const;
 
   /// What a program gave as functions, which no file can hold: "body_force", "boundary bottom: velocity", ...

@@ -143,6 +143,11 @@ void check_axisymmetry(const Case& problem, const Input& input) {
                           "true it must be 0",
                           problem.gravity[0]));
   }
+  for (const Vec3& a : problem.base_acceleration) {
+    if (a[0] == 0) continue;
+    fail_case(at_key(input, "base_acceleration"), "",
+              "base_acceleration along the radius cannot be with grid.axisymmetric = true; its first numbers must be 0");
+  }
   for (const BodySpec& body : problem.bodies) {
     // Without the correction of fluids, affine velocities of spray grow without bound.
     if (body.material->is_fluid() && problem.solver.transfer != Transfer::flip && problem.solver.transfer != Transfer::pic)
@@ -305,6 +310,20 @@ void check_implicit_boundaries(const Case& problem) {
 }
 
 void check_for_implicit(const Case& problem, const Input& input) {
+  const std::string& linear_solver = problem.implicit.linear_solver;
+  for (const LoadSpec& load : problem.loads) {
+    if (load.is_on_surface() && problem.implicit.basis == BasisKind::element && problem.implicit.element_order == 2) {
+      fail_case(
+          Input::table().with_place(load.place), fmt::format("load on body {}", load.body),
+          "a load on the surface of particles is for basis = \"bspline\" or element_order = 1: at a free surface particles do not hold "
+          "elements with 9 (27) nodes, which are negative in places");
+    }
+    if (load.kind != LoadKind::pressure || (linear_solver != "ldlt" && linear_solver != "cholmod" && linear_solver != "cg")) continue;
+    fail_case(Input::table().with_place(load.place), fmt::format("load on body {}", load.body),
+              fmt::format("a pressure, which follows the surface, makes the matrix unsymmetric, and linear_solver = \"{}\" is for "
+                          "symmetric ones; use \"auto\"",
+                          linear_solver));
+  }
   const Input& grid = section_of(input, "grid");
   const bool is_element = problem.implicit.basis == BasisKind::element;
   if (!problem.grid.periodic.empty()) fail_case(at_key(grid, "periodic"), "grid", "the implicit solver has no periodic sides");

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "body/fill_body.hpp"
 #include "body/particle_body.hpp"
-#include "core/interpolate.hpp"
 
 namespace matpoint {
 
@@ -53,10 +53,7 @@ bool is_near(const Extent<Dim>& a, const Extent<Dim>& b, const Vec3& margin) {
 
 template <int Dim, class R>
 ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
-    : full_gravity_(problem.gravity),
-      gravity_times_(problem.gravity_times),
-      gravity_factors_(problem.gravity_factors),
-      gravity_(problem.gravity_at(0)),
+    : gravity_(problem.gravity_at(0)),
       body_force_(problem.body_force),
       stress_order_(problem.solver.stress_order),
       fmpm_order_(problem.solver.transfer == Transfer::fmpm ? problem.solver.fmpm_order : 1),
@@ -64,6 +61,16 @@ ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
       grids_(make_grids<Dim, R>(problem)),
       geometry_(grids_[0]->geometry()),
       boundary_conditions_(problem.boundaries, *grids_[0]) {
+  if (!problem.gravity_times.empty() || !problem.base_acceleration_times.empty()) {
+    // Of a case with nothing in it but gravity.
+    Case weight;
+    weight.gravity = problem.gravity;
+    weight.gravity_times = problem.gravity_times;
+    weight.gravity_factors = problem.gravity_factors;
+    weight.base_acceleration = problem.base_acceleration;
+    weight.base_acceleration_times = problem.base_acceleration_times;
+    gravity_at_ = [weight = std::move(weight)](Real t) { return weight.gravity_at(t); };
+  }
   for (const std::string& name : boundary_names(problem.boundaries)) boundaries_.push_back({name, {}, {}, 0});
   for (auto& grid : grids_) {
     grid->set_boundary_conditions(&boundary_conditions_);
@@ -105,6 +112,11 @@ ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
     has_obstacles_ = has_obstacles_ || (body->is_fluid() && !obstacles.empty());
   }
   holds_ = boxes_that_hold<Dim>(problem);
+  if (!problem.loads.empty()) {
+    std::vector<Body<Dim>*> loaded;
+    for (const auto& body : bodies_) loaded.push_back(body.get());
+    loads_ = std::make_unique<AppliedLoads<Dim>>(problem, seeding_grid(*grids_[0], problem.grid.is_axisymmetric), std::move(loaded));
+  }
   if (problem.solver.fluid_correction.value_or(false)) {
     const bool has_filter = problem.solver.transfer == Transfer::flip && problem.solver.flip == 1;
     correction_ = std::make_unique<FluidCorrection<Dim, R>>(has_filter, *grids_[0], boundary_conditions_, bodies_);
@@ -189,9 +201,8 @@ void ExplicitSolver<Dim, R>::book_particle_forces(const std::vector<std::vector<
 /// Where gravity changes, so does the gravitational energy of a body that stands still: work of the load.
 template <int Dim, class R>
 void ExplicitSolver<Dim, R>::update_gravity(Real t) {
-  if (gravity_times_.empty()) return;
-  const Real factor = interpolated(gravity_times_, gravity_factors_, t);
-  const Vec3 gravity{factor * full_gravity_[0], factor * full_gravity_[1], factor * full_gravity_[2]};
+  if (!gravity_at_) return;
+  const Vec3 gravity = gravity_at_(t);
   if (gravity == gravity_) return;
   for (const auto& body : bodies_)
     ledger_.body_force_work += body->totals(gravity).gravitational_energy - body->totals(gravity_).gravitational_energy;
@@ -203,6 +214,7 @@ template <int Dim, class R>
 void ExplicitSolver<Dim, R>::set_field(std::size_t body, const std::string& name, const std::vector<Real>& values) {
   bodies_[body]->set_field(name, values);
   is_mapped_ = false;  // the grid holds what the particles were
+  if (loads_) loads_->forget();
   if (!pairs_) return;
   pairs_->forget_places();
   update_pairs(0);
@@ -227,6 +239,7 @@ void ExplicitSolver<Dim, R>::declare_state(State& state) {
   if (!state.is_changed()) {
     state.part("ledger", ledger_);
     state.parts("boundary", boundaries_);
+    if (loads_) state.part("loads", *loads_);
     state.add("gravity", gravity_);
   }
   state.add("is_mapped", is_mapped_);
@@ -237,8 +250,7 @@ void ExplicitSolver<Dim, R>::declare_state(State& state) {
   if (!state.is_loading()) return;
   if (state.is_changed()) {
     is_mapped_ = false;
-    const Real factor = gravity_times_.empty() ? 1 : interpolated(gravity_times_, gravity_factors_, time_);
-    gravity_ = {factor * full_gravity_[0], factor * full_gravity_[1], factor * full_gravity_[2]};
+    if (gravity_at_) gravity_ = gravity_at_(time_);
     update_pairs(0);
   }
   std::copy_n(gravity_.begin(), Dim, dynamics_.gravity.begin());
@@ -272,6 +284,12 @@ void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
   update_gravity(t);
   find_held();
   if (!is_mapped_) start();
+  if (loads_) {
+    if (!loads_->is_current()) loads_->evaluate(t);
+    loads_->start_work();
+    if (stress_order_ != StressOrder::usf) loads_->book_impulse(dt, ledger_);
+    load_time_ = stress_order_ == StressOrder::usf ? t : t + dt;
+  }
   // The stress order decides when forces are mapped: at the start of a step, or at the end of the one before.
   if (stress_order_ == StressOrder::usf) update_particle_forces(t);
   const std::vector<std::vector<Real>> particle_forces = particle_forces_;
@@ -285,6 +303,7 @@ void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
   if (stress_order_ == StressOrder::usf) {
     start_pass(Pass::velocity_keep, t, dt);
     sweep("stress, p2g", Sweep::usf_stress, dt);
+    if (loads_) loads_->book_impulse(dt, ledger_);
     add_pair_forces();
     start_pass(Pass::advance, t + dt, dt);
     refine(t + dt, dt);
@@ -303,6 +322,10 @@ void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
   update_pairs(dt);
   if (stress_order_ != StressOrder::usf) add_pair_forces();
   book_particle_forces(particle_forces, dt);
+  if (loads_) {
+    Stage stage(profile_, "loads");
+    loads_->book_work(t + dt, stress_order_ != StressOrder::usf, ledger_);
+  }
   {
     Stage stage(profile_, "check");
     for (auto& body : bodies_) {
@@ -361,6 +384,7 @@ template <int Dim, class R>
 void ExplicitSolver<Dim, R>::start() {
   for (auto& grid : grids_) grid->clear();
   update_particle_forces(time_);
+  load_time_ = time_;
   start_pass(Grid<Dim, R>::NodePass::velocity_keep, time_, 0);
   sweep("start", stress_order_ == StressOrder::usf ? Sweep::start_momentum : Sweep::start, 0);
   if (stress_order_ != StressOrder::usf) add_pair_forces();
@@ -378,6 +402,13 @@ void ExplicitSolver<Dim, R>::start_pass(typename Grid<Dim, R>::NodePass pass, Re
     contact_->apply(dynamics_.mass_cutoff, dt, ledger_);
   else if (pass == Pass::velocity || pass == Pass::velocity_keep)
     contact_->apply_second();
+}
+
+template <int Dim, class R>
+std::vector<BoundaryTotals> ExplicitSolver<Dim, R>::boundaries() const {
+  std::vector<BoundaryTotals> all = boundaries_;
+  if (loads_) all.insert(all.end(), loads_->totals().begin(), loads_->totals().end());
+  return all;
 }
 
 template <int Dim, class R>
@@ -402,6 +433,11 @@ void ExplicitSolver<Dim, R>::sweep(const char* label, Sweep what, Real dt) {
   {
     Stage stage(profile_, label);
     for (auto& body : bodies_) body->sweep(what, dt, dynamics_.flip);
+  }
+  if (loads_ && what != Sweep::musl_velocity && what != Sweep::usf_velocity && what != Sweep::refine && what != Sweep::start_momentum) {
+    Stage stage(profile_, "loads");
+    loads_->evaluate(load_time_);
+    loads_->add();
   }
   Stage stage(profile_, "grid");
   using Fold = typename Grid<Dim, R>::Fold;
@@ -478,6 +514,7 @@ template <int Dim, class R>
 void ExplicitSolver<Dim, R>::remove_escaped() {
   for (auto& body : bodies_) body->remove_escaped(gravity_, ledger_);
   escapes_.clear();
+  if (loads_) loads_->forget();
   update_particle_forces(time_);
   if (!pairs_) return;
   // What is left must be mapped again, without the forces of those that were removed.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "body/body.hpp"
+#include "explicit/applied_loads.hpp"
 #include "explicit/fluid_correction.hpp"
 #include "explicit/node_contact.hpp"
 #include "explicit/pair_contact.hpp"
@@ -36,7 +37,7 @@ class ExplicitSolver final : public Solver {
   std::vector<Field> grid_fields() const override;
   BodyTotals totals(std::size_t body) const override { return bodies_[body]->totals(gravity_); }
   const Ledger& ledger() const override { return ledger_; }
-  std::vector<BoundaryTotals> boundaries() const override { return boundaries_; }
+  std::vector<BoundaryTotals> boundaries() const override;
   const Profile& profile() const override { return profile_; }
   Index node_count() const override { return grids_[0]->node_count(); }
   Index memory() const override;
@@ -68,10 +69,8 @@ class ExplicitSolver final : public Solver {
   void keep_out(Real t);
   void check_cutoff(const SolverSpec& spec, Real smallest_mass) const;
 
-  Vec3 full_gravity_;
-  std::vector<Real> gravity_times_;
-  std::vector<Real> gravity_factors_;
-  Vec3 gravity_;  ///< Now [m/s^2].
+  std::function<Vec3(Real t)> gravity_at_;  ///< Empty where it is constant.
+  Vec3 gravity_;                            ///< Now [m/s^2].
   std::shared_ptr<BodyForce> body_force_;
   std::vector<Real> node_positions_;                ///< For the body force.
   std::vector<Real> body_force_values_;             ///< Dim per node [m/s^2]; empty without a body force.
@@ -88,6 +87,8 @@ class ExplicitSolver final : public Solver {
   std::unique_ptr<Contact<Dim, R>> contact_;        ///< Of contact = "multi_field" only.
   std::unique_ptr<PairContact<Dim>> pairs_;         ///< Of contact = "pairs" only.
   std::unique_ptr<FluidCorrection<Dim, R>> correction_;
+  std::unique_ptr<AppliedLoads<Dim>> loads_;  ///< Of cases with loads.
+  Real load_time_ = 0;                        ///< Of the forces that the next sweep maps [s].
   /// Whether the grid holds the particles' mass and momentum (and force): a cache between steps, the sweep that moves the particles
   /// has mapped them, too.
   bool is_mapped_ = false;
@@ -96,7 +97,7 @@ class ExplicitSolver final : public Solver {
   std::vector<Extent<Dim>> holds_;
   Real time_ = 0;  ///< At the end of the last step [s].
   std::vector<Escape> escapes_;
-  std::vector<BoundaryTotals> boundaries_;  ///< In the order of the case.
+  std::vector<BoundaryTotals> boundaries_;  ///< In the order of the case, without loads.
   Ledger ledger_;
   Profile profile_;
 };

@@ -140,7 +140,10 @@ struct Lattice final : Layout {
         if (region.contains(x)) positions.push_back(x);
       });
     });
-    return with_equal_volumes(std::move(positions), region, grid.dim, box_volume);
+    Seeds seeds = with_equal_volumes(std::move(positions), region, grid.dim, box_volume);
+    for (Real& x : side) x /= points;
+    seeds.lattice = {lower, side};
+    return seeds;
   }
   Input write(int dim) const override { return write_typed(*this, dim); }
 };
@@ -208,7 +211,9 @@ struct PerCell final : Layout {
       }
       if (region.contains(x)) positions.push_back(x);
     });
-    return with_equal_volumes(std::move(positions), region, grid.dim, box_volume);
+    Seeds seeds = with_equal_volumes(std::move(positions), region, grid.dim, box_volume);
+    seeds.lattice = {grid.lower, spacing};
+    return seeds;
   }
   Input write(int dim) const override { return write_typed(*this, dim); }
 };

@@ -8,10 +8,17 @@
 
 namespace matpoint {
 
+/// Equal boxes side by side.
+struct BoxLattice {
+  Vec3 corner{};   ///< Of one of them [m].
+  Vec3 spacing{};  ///< Sides of a box [m].
+};
+
 /// The particles of one body before the first step, in the order of their ids.
 struct Seeds {
-  std::vector<Vec3> position;  ///< [m]
-  std::vector<Real> volume;    ///< Reference volume [m^3], per metre of thickness in 2D.
+  std::vector<Vec3> position;           ///< [m]
+  std::vector<Real> volume;             ///< Reference volume [m^3], per metre of thickness in 2D.
+  std::optional<BoxLattice> lattice{};  ///< Whose boxes have one particle each, where they do.
 };
 
 /// The background grid as far as a layout needs it.

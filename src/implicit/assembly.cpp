@@ -141,9 +141,14 @@ Real modulus_at_rest(TangentFunction<Dim> evaluate, const Material& material) {
 }  // namespace
 
 template <int Dim>
-Assembly<Dim>::Assembly(const StepSpace<Dim>& space, BodyContact<Dim>& contact, const SideContact<Dim>& sides, int patch_width,
-                        bool has_linear_patches, Real surface_penalty)
-    : space_(space), contact_(contact), sides_(sides), patches_(space, patch_width, has_linear_patches), surface_penalty_(surface_penalty) {
+Assembly<Dim>::Assembly(const StepSpace<Dim>& space, BodyContact<Dim>& contact, const SideContact<Dim>& sides, PointLoads<Dim>& loads,
+                        int patch_width, bool has_linear_patches, Real surface_penalty)
+    : space_(space),
+      contact_(contact),
+      sides_(sides),
+      loads_(loads),
+      patches_(space, patch_width, has_linear_patches),
+      surface_penalty_(surface_penalty) {
   for (const PointSource<Dim>& source : space.sources()) {
     const Material& material = source.points->material();
     const TangentFunction<Dim> evaluate = tangent_function<Dim>(material);
@@ -165,6 +170,7 @@ void Assembly<Dim>::start() {
   }
   if (is_new_space || contact_pattern_ != contact_.pattern()) make_pattern();
   patches_.evaluate();
+  loads_.start();
   measure_emptiness(space_, faces_);
   // On a background that moves the cells change their shape from step to step.
   if (is_new_space || space_.moves_basis()) make_soft_stiffness();
@@ -352,6 +358,7 @@ void Assembly<Dim>::assemble(const std::vector<Real>& u, const StepLoad<Dim>& lo
   if (!patches_.is_empty()) assemble_patches(u, load, residual, lift);
   assemble_faces(u, load, residual, lift);
   assemble_sides(u, load, residual, lift);
+  if (!loads_.is_empty()) assemble_loads(u, load, residual, lift);
   assemble_contact(u, load, residual, lift);
   for (std::size_t k = 0; k < load.nodal_force.size(); ++k) residual[k] -= load.nodal_force[k];
 }

@@ -12,6 +12,7 @@
 #include "core/profile.hpp"
 #include "implicit/body_contact.hpp"
 #include "implicit/linear_solver.hpp"
+#include "implicit/point_loads.hpp"
 #include "implicit/side_contact.hpp"
 #include "implicit/step_space.hpp"
 #include "implicit/surface_faces.hpp"
@@ -51,6 +52,8 @@ struct StepLoad {
   Vec<Dim> gravity{};  ///< At the end of the step [m/s^2].
   /// The same beside gravity, by source: Dim numbers per row; empty without.
   std::vector<std::vector<Real>> body_force;
+  /// Of the case's loads on particles, at the end of the step [1].
+  std::vector<Real> factors;
   /// Forces on nodes by active node and component [N]; empty without.
   std::vector<Real> nodal_force;
   /// By active node; empty without. Of such a node the residual along the face is what its friction leaves.
@@ -79,11 +82,11 @@ template <int Dim>
 class Assembly {
  public:
   /// With patches of so many cells in each direction for nearly incompressible bodies. Throws InputError for a law without a tangent.
-  Assembly(const StepSpace<Dim>& space, BodyContact<Dim>& contact, const SideContact<Dim>& sides, int patch_width, bool has_linear_patches,
-           Real surface_penalty);
+  Assembly(const StepSpace<Dim>& space, BodyContact<Dim>& contact, const SideContact<Dim>& sides, PointLoads<Dim>& loads, int patch_width,
+           bool has_linear_patches, Real surface_penalty);
 
-  /// To be called when the space has been updated, and the contact with it: makes the sparse matrix's places if they changed, and the soft
-  /// stiffness.
+  /// To be called when the space has been updated, and the contact with it: makes the sparse matrix's places if they changed, the soft
+  /// stiffness, and the places of loads.
   void start();
 
   /// Residual by active node and component [N], Dim numbers per node, of the step displacements `u` [m].
@@ -126,6 +129,11 @@ class Assembly {
   void make_pattern();
   void make_soft_stiffness();
   void assemble_sides(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift);
+  void assemble_loads(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift);
+  /// What work(cell, residual, matrix) adds at some cells, by functions and components of each.
+  template <class Acts, class Work>
+  void assemble_cells(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift, Acts&& acts,
+                      Work&& work);
   void assemble_contact(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift);
   void assemble_faces(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift);
   /// The matrix of some nodes into the sparse one; `offsets` by pair (I, K): place of I's rows in the columns of K.
@@ -149,6 +157,7 @@ class Assembly {
   const StepSpace<Dim>& space_;
   BodyContact<Dim>& contact_;
   const SideContact<Dim>& sides_;
+  PointLoads<Dim>& loads_;
   VolumePatches<Dim> patches_;
   std::vector<Law> laws_;
   Real surface_penalty_;

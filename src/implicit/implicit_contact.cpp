@@ -40,7 +40,7 @@ bool ImplicitSolver<Dim>::loses_particles(const std::vector<Real>& u) const {
 
 template <int Dim>
 typename ImplicitSolver<Dim>::StepStart ImplicitSolver<Dim>::start_of_step() const {
-  StepStart start{contacts_, boundaries_, pairs_, soft_work_, traction_work_, gravity_force_, body_force_force_, reaction_, {}, {}};
+  StepStart start{contacts_, boundaries_, pairs_, loads_, soft_work_, traction_work_, gravity_force_, body_force_force_, reaction_, {}, {}};
   for (const PointSource<Dim>& source : sources_) {
     start.accelerations.push_back(source.points->acceleration);
     start.nodal_accelerations.push_back(source.fem != nullptr ? source.fem->acceleration : std::vector<Vec<Dim>>{});
@@ -55,6 +55,7 @@ void ImplicitSolver<Dim>::restore(const StepStart& start) {
   sides_.balance({});
   boundaries_ = start.boundaries;
   pairs_ = start.pairs;
+  loads_ = start.loads;
   soft_work_ = start.soft_work;
   traction_work_ = start.traction_work;
   gravity_force_ = start.gravity_force;
@@ -112,7 +113,7 @@ void ImplicitSolver<Dim>::balance(Real t, Real dt, const std::vector<Vec<Dim>>& 
   std::vector<Real> nodal = way;
   for (Real& value : nodal) value *= factor;
   take_nodal_accelerations(nodal);
-  start_tractions(load);
+  start_loads(load);
   // The reactions that go with them, to first order as the accelerations themselves: by a difference, exact to ten digits.
   const Real small = greatest > 0 ? 1e-5 * geometry_.cell_size[0] / greatest : 0;
   std::vector<Real> up = way, down = way, change_up, change_down;

@@ -121,7 +121,8 @@ ImplicitSolver<Dim>::ImplicitSolver(const Case& problem)
       contacts_(problem.boundaries, space_),
       contact_(problem, space_),
       sides_(problem, space_),
-      assembly_(space_, contact_, sides_, spec_.basis == BasisKind::bspline ? 2 : 1,
+      point_loads_(problem, seeding_grid<Dim>(problem.grid), space_),
+      assembly_(space_, contact_, sides_, point_loads_, spec_.basis == BasisKind::bspline ? 2 : 1,
                 spec_.basis == BasisKind::bspline || spec_.element_order == 2, spec_.surface_penalty),
       newton_(spec_, space_, assembly_, profile_),
       gravity_(problem.gravity_at(0)) {
@@ -133,6 +134,7 @@ ImplicitSolver<Dim>::ImplicitSolver(const Case& problem)
   make_tractions();
   for (const auto& [first, second] : contact_.pairs()) pairs_.push_back({{body_name(first) + "|" + body_name(second), {}, {}, 0}, {}, {}});
   for (const std::string& name : boundary_names(problem.boundaries)) boundaries_.push_back({{name, {}, {}, 0}, {}, {}});
+  for (std::size_t k = 0; k < point_loads_.count(); ++k) loads_.push_back({point_loads_.name(k), {}, {}, 0});
   if (space_.moves_basis()) reset_ = std::make_unique<BackgroundReset<Dim>>(*basis_, conditions_, space_);
   escaped_rows_.resize(sources_.size());
   space_.update(0);
@@ -367,7 +369,7 @@ std::optional<std::string> ImplicitSolver<Dim>::solve(Real t, const StepLoad<Dim
     }
   }
   const bool is_symmetric =
-      load.friction.empty() && space_.receding_count() == 0 && !(sides_.is_near() && sides_.has_friction()) &&
+      load.friction.empty() && space_.receding_count() == 0 && !point_loads_.follows() && !(sides_.is_near() && sides_.has_friction()) &&
       !(contact_.is_near() && (spec_.mode == ImplicitMode::dynamic || spec_.friction > 0)) &&
       std::all_of(sources_.begin(), sources_.end(), [](const auto& source) { return source.points->material().is_symmetric(); });
   const auto failure = newton_.solve(load, std::move(prescribed), is_symmetric ? Symmetry::symmetric : Symmetry::general, u);
@@ -394,6 +396,7 @@ StepLoad<Dim> ImplicitSolver<Dim>::make_load(Real t_end, Real dt) {
     load.body_force.emplace_back(positions.size());
     case_.body_force->at(t_end, positions, load.body_force.back());
   }
+  load.factors = load_factors(t_end);
   if (!tractions_.empty()) {
     const Real factor = case_.load_factor(t_end);
     for (const Index slot : space_.slots()) {
@@ -410,6 +413,7 @@ std::vector<BoundaryTotals> ImplicitSolver<Dim>::boundaries() const {
     if (case_.boundaries[b].kind != BoundaryKind::traction) all.push_back(boundaries_[b].totals);
   }
   for (const HeldBoundary& pair : pairs_) all.push_back(pair.totals);
+  all.insert(all.end(), loads_.begin(), loads_.end());
   return all;
 }
 

@@ -111,7 +111,7 @@ class ImplicitSolver final : public Solver {
   void update_space(Real t);
   void set_initial_acceleration(Real t, Real dt);
   void take_nodal_accelerations(const std::vector<Real>& nodal);
-  void start_tractions(const StepLoad<Dim>& load);
+  void start_loads(const StepLoad<Dim>& load);
   void balance_initial_stress();
   bool is_small_correction(const std::vector<Real>& A, const StepLoad<Dim>& load) const;
   void take_stress(const std::vector<Real>& A);
@@ -120,13 +120,17 @@ class ImplicitSolver final : public Solver {
   void commit(Real t, Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u);
   void commit_law(Real dt, const std::vector<Real>& A);
   void commit_nodes(Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u);
-  void book(Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Vec<Dim>>& du, const Vec3& reaction);
+  void book(Real t, Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Vec<Dim>>& du, const Vec3& reaction);
   /// Books what each condition does in a step; `slip` along faces with friction by active node and component [m]. Returns the sum of their
   /// forces on the bodies [N].
   Vec3 hold(const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Real>& residual, const std::vector<Real>& slip,
             Real dt);
   /// The same of bodies in contact with each other, which the ledger does not see.
   void hold_pairs(const std::vector<Real>& u, Real dt);
+  /// Books what the loads on particles do in a step from time t. Returns the sum of their forces at its end [N].
+  Vec3 book_loads(Real t, Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u);
+  /// Their factors at time t.
+  std::vector<Real> load_factors(Real t) const;
   /// The condition that acts on a component of an active node, or -1.
   int acting_condition(std::size_t active_node, std::size_t component, const StepLoad<Dim>& load) const;
   void book_forces_at_start(Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Vec<Dim>>& du);
@@ -151,6 +155,7 @@ class ImplicitSolver final : public Solver {
   FaceContacts<Dim> contacts_;  ///< With sides.
   BodyContact<Dim> contact_;    ///< Of bodies with each other.
   SideContact<Dim> sides_;
+  PointLoads<Dim> point_loads_;
   Assembly<Dim> assembly_;
   Profile profile_;
   Newton<Dim> newton_;
@@ -179,6 +184,7 @@ class ImplicitSolver final : public Solver {
     FaceContacts<Dim> contacts;
     std::vector<HeldBoundary> boundaries;
     std::vector<HeldBoundary> pairs;
+    std::vector<BoundaryTotals> loads;
     NodalWork<Dim> soft_work;
     NodalWork<Dim> traction_work;
     Vec3 gravity_force;
@@ -189,7 +195,9 @@ class ImplicitSolver final : public Solver {
   };
   std::vector<HeldBoundary> boundaries_;  ///< By condition, also those that hold nothing.
   std::vector<HeldBoundary> pairs_;       ///< What the second body of a pair in contact does to the first.
+  std::vector<BoundaryTotals> loads_;     ///< What the loads on particles do.
   bool has_pressed_ = false;              ///< Contact, in the last step of a case without particles.
+  Real load_work_at_start_ = 0;           ///< Half the work of the loads on particles at the start of the step, likewise [J].
   Real work_at_start_ = 0;                ///< Half the work of all reactions at the start of the step, in its displacements [J].
   NodalWork<Dim> traction_work_;
   NodalWork<Dim> soft_work_;

@@ -21,9 +21,16 @@ void ImplicitSolver<Dim>::take_nodal_accelerations(const std::vector<Real>& noda
   }
 }
 
-/// What loads on faces do at the start of a step.
+/// What loads on particles and on faces do at the start of a step.
 template <int Dim>
-void ImplicitSolver<Dim>::start_tractions(const StepLoad<Dim>& load) {
+void ImplicitSolver<Dim>::start_loads(const StepLoad<Dim>& load) {
+  const std::vector<Real> zero(space_.nodes().size() * Dim, 0);
+  for (std::size_t l = 0; l < loads_.size(); ++l) {
+    loads_[l].force = {};
+    const std::vector<Real> forces = point_loads_.nodal_forces(l, zero, load.factors);
+    for (std::size_t k = 0; k < forces.size(); ++k) loads_[l].force[k % Dim] += forces[k];
+    for (std::size_t d = 0; d < Dim; ++d) body_force_force_[d] += loads_[l].force[d];
+  }
   if (load.nodal_force.empty()) return;
   for (std::size_t k = 0; k < load.nodal_force.size(); ++k) body_force_force_[k % Dim] += load.nodal_force[k];
   traction_work_.start_with(space_, load.nodal_force);
@@ -66,7 +73,7 @@ void ImplicitSolver<Dim>::set_initial_acceleration(Real t, Real dt) {
     }
   });
   take_nodal_accelerations(nodal);
-  start_tractions(load);
+  start_loads(load);
   for (Real& value : nodal) value /= factor;
   assembly_.residual(nodal, load, residual);
   hold(load, zero, residual, zero, 0);
@@ -90,8 +97,9 @@ void ImplicitSolver<Dim>::balance_initial_stress() {
     update_space(0);
     StepLoad<Dim> load = make_load(0, 1);
     load.inertia = {};
-    const bool is_symmetric =
-        std::all_of(sources_.begin(), sources_.end(), [](const auto& source) { return source.points->material().is_symmetric(); });
+    const bool is_symmetric = !point_loads_.follows() && std::all_of(sources_.begin(), sources_.end(), [](const auto& source) {
+      return source.points->material().is_symmetric();
+    });
     std::vector<Real> u;
     const std::vector<Real> held(space_.nodes().size() * Dim, 0);
     if (newton_.solve(load, held, is_symmetric ? Symmetry::symmetric : Symmetry::general, u)) return;
@@ -146,8 +154,8 @@ template void ImplicitSolver<2>::set_initial_acceleration(Real, Real);
 template void ImplicitSolver<3>::set_initial_acceleration(Real, Real);
 template void ImplicitSolver<2>::take_nodal_accelerations(const std::vector<Real>&);
 template void ImplicitSolver<3>::take_nodal_accelerations(const std::vector<Real>&);
-template void ImplicitSolver<2>::start_tractions(const StepLoad<2>&);
-template void ImplicitSolver<3>::start_tractions(const StepLoad<3>&);
+template void ImplicitSolver<2>::start_loads(const StepLoad<2>&);
+template void ImplicitSolver<3>::start_loads(const StepLoad<3>&);
 template void ImplicitSolver<2>::balance_initial_stress();
 template void ImplicitSolver<3>::balance_initial_stress();
 template bool ImplicitSolver<2>::is_small_correction(const std::vector<Real>&, const StepLoad<2>&) const;

@@ -40,7 +40,7 @@ void ImplicitSolver<Dim>::commit(Real t, Real dt, const StepLoad<Dim>& load, con
   assembly_.deform(u, A, du);
   const Vec3 reaction = hold(load, u, residual, contacts_.slip(space_, u, conditions_.displacements(t, dt)), dt);
   hold_pairs(u, dt);
-  book(dt, load, u, du, reaction);
+  book(t, dt, load, u, du, reaction);
   book_forces_at_start(dt, load, u, du);
   has_pressed_ = particles_.empty() && (contact_.has_pressed() || sides_.has_pressed(u));
   ledger_.contact_dissipation += contact_.commit(spec_.mode == ImplicitMode::dynamic);
@@ -209,12 +209,47 @@ void ImplicitSolver<Dim>::hold_pairs(const std::vector<Real>& u, Real dt) {
   }
 }
 
+template <int Dim>
+std::vector<Real> ImplicitSolver<Dim>::load_factors(Real t) const {
+  std::vector<Real> factors;
+  for (const LoadSpec& spec : case_.loads) factors.push_back(case_.load_factor(spec, t));
+  return factors;
+}
+
+/// By the trapezoidal rule, on the step's background at both ends.
+template <int Dim>
+Vec3 ImplicitSolver<Dim>::book_loads(Real t, Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u) {
+  Vec3 sum{};
+  load_work_at_start_ = 0;
+  const std::vector<Real> zero(u.size(), 0);
+  const std::vector<Real> before = load_factors(t);
+  for (std::size_t l = 0; l < loads_.size(); ++l) {
+    const std::vector<Real> start = point_loads_.nodal_forces(l, zero, before), end = point_loads_.nodal_forces(l, u, load.factors);
+    Vec3 force{};
+    Real work = 0;
+    for (std::size_t k = 0; k < u.size(); ++k) {
+      force[k % Dim] += end[k];
+      load_work_at_start_ += 0.5 * start[k] * u[k];
+      work += 0.5 * (start[k] + end[k]) * u[k];
+    }
+    BoundaryTotals& totals = loads_[l];
+    totals.work += work;
+    ledger_.body_force_work += work;
+    for (std::size_t d = 0; d < Dim; ++d) {
+      if (spec_.mode == ImplicitMode::dynamic) totals.impulse[d] += dt * ((1 - spec_.gamma) * totals.force[d] + spec_.gamma * force[d]);
+      sum[d] += force[d];
+    }
+    totals.force = force;
+  }
+  return sum;
+}
+
 /// The ledger, with the same weights in time as the particles' velocities: momentum closes to rounding.
 template <int Dim>
-void ImplicitSolver<Dim>::book(Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Vec<Dim>>& du,
+void ImplicitSolver<Dim>::book(Real t, Real dt, const StepLoad<Dim>& load, const std::vector<Real>& u, const std::vector<Vec<Dim>>& du,
                                const Vec3& reaction) {
   Vec3 gravity_force{};
-  Vec3 body_force{};
+  Vec3 body_force = book_loads(t, dt, load, u);
   for (std::size_t k = 0; k < load.nodal_force.size(); ++k) body_force[k % Dim] += load.nodal_force[k];
   if (!load.nodal_force.empty()) {
     traction_work_.advance(space_, load.nodal_force, u);
@@ -256,8 +291,8 @@ void ImplicitSolver<Dim>::book_forces_at_start(Real dt, const StepLoad<Dim>& loa
   const auto work = assembly_.stress_work(u, dt);
   ledger_.receding_work += 0.5 * (work.correction_start + work.correction_end);
   if (spec_.mode != ImplicitMode::dynamic) return;
-  Real unbalanced =
-      0.5 * work.start + contact_.work_at_start() + sides_.work_at_start(u) + soft_work_.start() - work_at_start_ - traction_work_.start();
+  Real unbalanced = 0.5 * work.start + contact_.work_at_start() + sides_.work_at_start(u) + soft_work_.start() - work_at_start_ -
+                    traction_work_.start() - load_work_at_start_;
   space_.for_each_point([&](std::size_t source, std::size_t p, std::size_t k) {
     const PointBody<Dim>& body = *sources_[source].points;
     const Real ratio = sources_[source].fem != nullptr ? sources_[source].fem->weight_ratio() : 1;
@@ -348,6 +383,15 @@ void ImplicitSolver<Dim>::remove_escaped() {
     space_.forget(s, escaped_rows_[s]);
     escaped_rows_[s].clear();
   }
+  const std::vector<Real> factors = load_factors(time_);
+  for (std::size_t l = 0; l < loads_.size(); ++l) {
+    const Vec3 left = point_loads_.resultant(l, factors[l]);
+    for (std::size_t d = 0; d < Dim; ++d) {
+      body_force_force_[d] += left[d] - loads_[l].force[d];
+      reaction_[d] -= left[d] - loads_[l].force[d];
+    }
+    loads_[l].force = left;
+  }
   escapes_.clear();
   const Real before = ledger_.contact_energy;
   measure_contact();
@@ -384,6 +428,7 @@ void ImplicitSolver<Dim>::declare_state(State& state) {
   }
   state.part("contact", contact_);
   state.parts("pair", pairs_);
+  state.parts("load", loads_);
   state.part("traction_work", traction_work_);
   state.part("soft_work", soft_work_);
   state.add("time", time_);

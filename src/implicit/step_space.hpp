@@ -114,6 +114,8 @@ class StepSpace {
   bool is_fem_node(Index node) const { return is_fem_node_[static_cast<std::size_t>(node)]; }
   /// A particle's place in the background as it is now; nothing outside.
   std::optional<ElementPoint<Dim>> find(std::size_t source, std::size_t row) const;
+  /// Where it was found last.
+  const ElementPoint<Dim>& point(std::size_t source, std::size_t row) const { return points_[source][row]; }
   /// Whether a particle can leave in a step that takes it to the next cell at most: its cell is at the border of the background.
   bool is_at_border(std::size_t source, std::size_t row) const {
     return is_border_cell_[static_cast<std::size_t>(points_[source][row].element)];

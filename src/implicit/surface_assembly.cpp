@@ -7,20 +7,36 @@
 namespace matpoint {
 
 template <int Dim>
-void Assembly<Dim>::assemble_sides(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift) {
+template <class Acts, class Work>
+void Assembly<Dim>::assemble_cells(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift,
+                                   Acts&& acts, Work&& work) {
   const auto functions = static_cast<std::size_t>(space_.functions());
   std::vector<Real> r(width()), K(lift != nullptr ? width() * width() : 0);
   for (std::size_t c = 0; c < space_.cells().size(); ++c) {
-    if (!sides_.is_near(c)) continue;
+    if (!acts(c)) continue;
     const int* const nodes = space_.cell_nodes(c);
     std::fill(r.begin(), r.end(), 0);
     std::fill(K.begin(), K.end(), 0);
     Real* const matrix = lift != nullptr ? K.data() : nullptr;
-    sides_.work(c, u, load.inertia.u > 0, r.data(), matrix);
+    work(c, r.data(), matrix);
     if (!load.friction.empty()) add_friction(nodes, functions, u, load, r.data(), matrix);
     for (std::size_t k = 0; k < width(); ++k) residual[static_cast<std::size_t>(nodes[k / Dim]) * Dim + k % Dim] += r[k];
     if (lift != nullptr) scatter(nodes, functions, row_offset_.data() + c * functions * functions, matrix, *lift);
   }
+}
+
+template <int Dim>
+void Assembly<Dim>::assemble_sides(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift) {
+  assemble_cells(
+      u, load, residual, lift, [&](std::size_t c) { return sides_.is_near(c); },
+      [&](std::size_t c, Real* r, Real* K) { sides_.work(c, u, load.inertia.u > 0, r, K); });
+}
+
+template <int Dim>
+void Assembly<Dim>::assemble_loads(const std::vector<Real>& u, const StepLoad<Dim>& load, std::vector<Real>& residual, Lift* lift) {
+  assemble_cells(
+      u, load, residual, lift, [&](std::size_t c) { return loads_.acts_in(c); },
+      [&](std::size_t c, Real* r, Real* K) { loads_.work(c, u, load.factors, r, K); });
 }
 
 template <int Dim>
@@ -76,6 +92,8 @@ void Assembly<Dim>::assemble_contact(const std::vector<Real>& u, const StepLoad<
 // Used by assembly.cpp.
 template void Assembly<2>::assemble_sides(const std::vector<Real>&, const StepLoad<2>&, std::vector<Real>&, Lift*);
 template void Assembly<3>::assemble_sides(const std::vector<Real>&, const StepLoad<3>&, std::vector<Real>&, Lift*);
+template void Assembly<2>::assemble_loads(const std::vector<Real>&, const StepLoad<2>&, std::vector<Real>&, Lift*);
+template void Assembly<3>::assemble_loads(const std::vector<Real>&, const StepLoad<3>&, std::vector<Real>&, Lift*);
 template void Assembly<2>::assemble_contact(const std::vector<Real>&, const StepLoad<2>&, std::vector<Real>&, Lift*);
 template void Assembly<3>::assemble_contact(const std::vector<Real>&, const StepLoad<3>&, std::vector<Real>&, Lift*);
 template void Assembly<2>::assemble_faces(const std::vector<Real>&, const StepLoad<2>&, std::vector<Real>&, Lift*);

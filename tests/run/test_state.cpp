@@ -27,6 +27,10 @@ region = { type = "box", lower = [0.3, 0.1], upper = [0.6, 0.3] }
 velocity = { type = "uniform", value = [0.7, -1] }
 )";
 
+constexpr const char* k_loads =
+    "[[load]]\nbody = \"block\"\nkind = \"pressure\"\npressure = 500\nside = \"top\"\ntimes = [0, 0.3]\nfactors = [1, 0]\n"
+    "[[load]]\nbody = \"block\"\nkind = \"force\"\nforce = [20, 10]\n";
+
 std::vector<Continued> continued() {
   const std::string block = k_block;
   const std::string solid =
@@ -146,6 +150,19 @@ std::vector<Continued> continued() {
        "gravity = [0, -9.81]\n[grid]\naxisymmetric = true\nupper = [1, 1]\ncells = [10, 10]\n[time]\nend = 1\n" +
            box("block", "[0, 0.1]", "[0.5, 0.6]", solid + thrown) + floor,
        40},
+      {"loads",
+       "base_acceleration = [[0, 0], [5, 1]]\nbase_acceleration_times = [0, 0.1]\n" + given + "[time]\nend = 1\n" +
+           box("block", "[0.3, 0.1]", "[0.6, 0.3]", solid + thrown) + k_loads + floor,
+       60},
+      {"loads_usf",
+       given + "[time]\nend = 1\n[solver]\nstress_order = \"usf\"\n" + box("block", "[0.3, 0.1]", "[0.6, 0.3]", solid + thrown) + k_loads +
+           floor,
+       60},
+      {"implicit_loads", given + step(0.002) + implicit + box("block", "[0.3, 0.1]", "[0.6, 0.3]", solid + thrown) + k_loads, 8},
+      {"implicit_loads_and_bounce",
+       given + step(0.002) + implicit + box("block", "[0.3, 0.02]", "[0.6, 0.3]", solid + thrown) + k_loads + floor +
+           "contact = \"no_tension\"\n",
+       20},
       {"implicit_elements_in_contact",
        given + step(0.002) + implicit + "basis = \"element\"\nelement_order = 1\ncontact = \"pairs\"\nfriction = 0.3\n" +
            box("plate", "[0, 0]", "[1, 0.2]", "method = \"elements\"\n" + elastic) +
@@ -244,6 +261,8 @@ TEST(State, has_nothing_that_decides_nothing) {
                                          "simulation/solver/pairs/pair/*/first/holds/energy",
                                          "simulation/solver/pairs/pair/*/second/holds/energy",
                                          "simulation/solver/boundary/*/force",
+                                         "simulation/solver/load/*/force",
+                                         "simulation/solver/loads/load/*/force",
                                          "simulation/solver/boundary/*/in_slip/force",
                                          "simulation/solver/time"};
   std::erase_if(idle, [&](const std::string& name) { return reports.count(name) > 0; });
