@@ -93,7 +93,7 @@ def class_names() -> list[tuple[str, str, dict[str, Any], str]]:
     vocabulary = _core.vocabulary()
     kinds = {
         "sections": ("", "A section of a case."),
-        "regions": ("", "A region, for bodies and boundaries."),
+        "regions": ("", "A region, for bodies, boundaries and loads."),
         "layouts": ("", "A layout, for bodies."),
         "velocities": ("Velocity", "A velocity by place: of a body at its start, or prescribed by a boundary."),
         "initial_stresses": ("Stress", "A stress that a body starts with."),
