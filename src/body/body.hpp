@@ -46,6 +46,23 @@ struct MovingPoint {
   Vec<Dim> v{};  ///< [m/s]
 };
 
+/// Forces on some particles of a body.
+template <int Dim>
+struct ParticleForces {
+  std::vector<Real> values;  ///< Dim numbers per id [N].
+  std::vector<Index> ids;    ///< Those with a force, ascending.
+  Extent<Dim> box;           ///< Has these in it [m].
+
+  /// Of none, for so many ids.
+  void clear(std::size_t count) {
+    values.resize(count * Dim, 0);
+    for (const Index id : ids) std::fill_n(values.begin() + static_cast<std::ptrdiff_t>(id * Dim), Dim, 0);
+    ids.clear();
+    box.lower.fill(std::numeric_limits<Real>::infinity());
+    box.upper.fill(-std::numeric_limits<Real>::infinity());
+  }
+};
+
 /// What a load wants to know of a particle.
 template <int Dim>
 struct LoadedPoint {

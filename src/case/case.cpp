@@ -63,6 +63,7 @@ std::string named_label(const std::string& what, const Input& item, std::size_t 
 std::string body_label(const Input& item, std::size_t index) { return named_label("body", item, index); }
 std::string probe_label(const Input& item, std::size_t index) { return named_label("probe", item, index); }
 std::string load_label(const Input& item, std::size_t index) { return named_label("load", item, index); }
+std::string tool_label(const Input& item, std::size_t index) { return named_label("tool", item, index); }
 std::string boundary_label(const Input&, std::size_t index) { return fmt::format("boundary {}", index + 1); }
 
 [[noreturn]] void fail_at(const std::string& place, const std::string& text) { fail_input(Input::table().with_place(place), {}, text); }
@@ -126,7 +127,7 @@ void check_base_acceleration(const Case& problem, const Input& input) {
   }
 }
 
-/// What loads and bodies say of each other.
+/// What loads, tools and bodies say of each other.
 void check_loads(const Case& problem) {
   std::set<std::string> taken;
   for (const std::string& name : boundary_names(problem.boundaries)) taken.insert(name);
@@ -135,12 +136,16 @@ void check_loads(const Case& problem) {
     bodies.push_back(body.name);
     taken.insert(body.name);
   }
+  for (const ToolSpec& tool : problem.tools) {
+    if (!taken.insert(tool.name).second)
+      fail_at(tool.place, fmt::format("tool {0}: a tool, boundary or body has the name \"{0}\" already; give each its own", tool.name));
+  }
   const std::vector<std::string> names = load_names(problem.loads);
   for (std::size_t k = 0; k < problem.loads.size(); ++k) {
     const LoadSpec& load = problem.loads[k];
     const auto fail = [&](const std::string& text) { fail_at(load.place, fmt::format("load {}: {}", names[k], text)); };
     if (!taken.insert(names[k]).second)
-      fail(fmt::format("a load, boundary or body has the name \"{}\" already; give each its own", names[k]));
+      fail(fmt::format("a load, tool, boundary or body has the name \"{}\" already; give each its own", names[k]));
     const auto body = std::find(bodies.begin(), bodies.end(), load.body);
     if (body == bodies.end())
       fail(fmt::format("body = \"{}\" is unknown, allowed: {}{}", load.body, list_names(bodies), did_you_mean(load.body, bodies)));
@@ -277,6 +282,7 @@ void Case::declare(ParameterTable<Case>& table) {
   list_of(table, "body", &Case::bodies, "A body of particles.", true, body_label, check_body);
   list_of(table, "boundary", &Case::boundaries, "A condition on nodes of the grid.", false, boundary_label, check_boundary);
   list_of(table, "load", &Case::loads, "A force on the particles of a body.", false, load_label, check_load);
+  list_of(table, "tool", &Case::tools, "A rigid body that touches particles.", false, tool_label, check_tool);
   list_of(table, "probe", &Case::probes, "A particle whose motion and stress are written over time.", false, probe_label, check_probe);
 }
 
@@ -331,6 +337,9 @@ std::vector<std::string> Case::functions() const {
     if (is_text(body.region)) all.push_back(fmt::format("region of body \"{}\"", body.name));
     if (body.material->law_index() < 0) all.push_back(fmt::format("material of body \"{}\"", body.name));
   }
+  for (const ToolSpec& tool : tools) {
+    if (is_text(tool.shape)) all.push_back(fmt::format("shape of tool {}", tool.name));
+  }
   const std::vector<std::string> loaded = load_names(loads);
   for (std::size_t k = 0; k < loads.size(); ++k) {
     if (is_text(loads[k].region)) all.push_back(fmt::format("region of load {}", loaded[k]));
@@ -358,6 +367,8 @@ std::vector<CaseSection> case_sections() {
           {"boundary", "[[boundary]], one for each: a condition on the nodes of a side or region; later ones win.",
            parameters_of<BoundarySpec>().describe()},
           {"load", "[[load]], one for each: a pressure, traction or force on a body of particles.", parameters_of<LoadSpec>().describe()},
+          {"tool", "[[tool]], one for each: a rigid body that moves as it is told, or freely, and touches particles.",
+           parameters_of<ToolSpec>().describe()},
           {"output", "What is written, and when.", parameters_of<OutputSpec>().describe()},
           {"probe", "[[probe]], one for each: a particle's motion and stress over time.", parameters_of<ProbeSpec>().describe()}};
 }

@@ -13,6 +13,7 @@
 #include "case/output_spec.hpp"
 #include "case/solver_spec.hpp"
 #include "case/time_spec.hpp"
+#include "case/tool_spec.hpp"
 #include "core/parameters.hpp"
 
 namespace matpoint {
@@ -42,6 +43,7 @@ struct Case {
   std::vector<BodySpec> bodies;
   std::vector<BoundarySpec> boundaries;
   std::vector<LoadSpec> loads;
+  std::vector<ToolSpec> tools;
   SolverSpec solver;  ///< Its type decides which of the two counts.
   ImplicitSpec implicit;
   TimeSpec time;

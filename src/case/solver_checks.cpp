@@ -143,6 +143,13 @@ void check_axisymmetry(const Case& problem, const Input& input) {
                           "true it must be 0",
                           problem.gravity[0]));
   }
+  for (const ToolSpec& tool : problem.tools) {
+    Real along_radius = tool.velocity.empty() ? 0 : tool.velocity[0];
+    for (const Vec3& v : tool.velocities) along_radius = std::max(std::abs(along_radius), std::abs(v[0]));
+    if (!tool.is_free() && along_radius == 0 && tool.angular_velocity == Vec3{}) continue;
+    fail_case(Input::table().with_place(tool.place), fmt::format("tool {}", tool.name),
+              "with grid.axisymmetric = true a tool can only be moved along the axis, by a velocity whose first number is 0");
+  }
   for (const Vec3& a : problem.base_acceleration) {
     if (a[0] == 0) continue;
     fail_case(at_key(input, "base_acceleration"), "",
@@ -177,6 +184,10 @@ void check_for_explicit(const Case& problem, const Input& input) {
                             "body was at the start; give one velocity",
                             body.name));
     }
+  }
+  if (!problem.tools.empty() && !problem.grid.periodic.empty()) {
+    fail_case(Input::table().with_place(problem.tools[0].place), fmt::format("tool {}", problem.tools[0].name),
+              "tools cannot be used with periodic sides");
   }
   check_shape(problem, input);
   check_contact(problem, input);
@@ -310,6 +321,11 @@ void check_implicit_boundaries(const Case& problem) {
 }
 
 void check_for_implicit(const Case& problem, const Input& input) {
+  for (const ToolSpec& tool : problem.tools) {
+    fail_case(
+        Input::table().with_place(tool.place), fmt::format("tool {}", tool.name),
+        "tools are for solver.type = \"explicit\" only; the implicit one has stiff bodies with contact = \"pairs\", and sides that move");
+  }
   const std::string& linear_solver = problem.implicit.linear_solver;
   for (const LoadSpec& load : problem.loads) {
     if (load.is_on_surface() && problem.implicit.basis == BasisKind::element && problem.implicit.element_order == 2) {

@@ -98,6 +98,10 @@ ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
   check_cutoff(problem.solver, smallest_mass);
   std::vector<const Body<Dim>*> bodies;
   for (const auto& body : bodies_) bodies.push_back(body.get());
+  if (!problem.tools.empty()) {
+    tools_ = std::make_unique<Tools<Dim>>(problem, bodies);
+    tools_->update(0, 0, ledger_);
+  }
   if (problem.solver.contact == ContactMethod::pairs) {
     pairs_ = std::make_unique<PairContact<Dim>>(problem, std::move(bodies));
     update_pairs(0);
@@ -153,18 +157,30 @@ void ExplicitSolver<Dim, R>::update_pairs(Real dt) {
   Stage stage(profile_, "contact");
   pairs_->update(dt);
   ledger_.contact_dissipation += pairs_->dissipated();
-  ledger_.contact_energy = pairs_->energy();
+  ledger_.contact_energy = pairs_->energy() + (tools_ ? tools_->energy() : 0);
+}
+
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::move_tools(Real t, Real dt) {
+  if (!tools_) return;
+  Stage stage(profile_, "tools");
+  tools_->advance(t, dt, gravity_);
+  tools_->update(dt, dt, ledger_);
+  ledger_.contact_energy = tools_->energy() + (pairs_ ? pairs_->energy() : 0);
 }
 
 // To what the sweep has mapped, and not as a body force of the particles, which the fused sweeps would take to the nodes from one step
 // before: a lag makes the energy of stiff contact grow.
 template <int Dim, class R>
-void ExplicitSolver<Dim, R>::add_pair_forces() {
-  if (!pairs_) return;
+void ExplicitSolver<Dim, R>::add_contact_forces() {
+  if (!pairs_ && !tools_) return;
   Stage stage(profile_, "contact");
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    const auto& forces = pairs_->forces(b);
+  const auto add = [&](std::size_t b, const ParticleForces<Dim>& forces) {
     if (!forces.ids.empty()) bodies_[b]->add_forces(forces.values, forces.ids, forces.box);
+  };
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (pairs_) add(b, pairs_->forces(b));
+    if (tools_) add(b, tools_->forces(b));
   }
 }
 
@@ -215,6 +231,7 @@ void ExplicitSolver<Dim, R>::set_field(std::size_t body, const std::string& name
   bodies_[body]->set_field(name, values);
   is_mapped_ = false;  // the grid holds what the particles were
   if (loads_) loads_->forget();
+  if (tools_) tools_->update(0, 0, ledger_);
   if (!pairs_) return;
   pairs_->forget_places();
   update_pairs(0);
@@ -234,6 +251,7 @@ void ExplicitSolver<Dim, R>::declare_state(State& state) {
     state.part(grids_.size() == 1 ? "grid" : "grid_of_" + bodies_[g]->name(), *grids_[g]);
   if (contact_ && !state.is_changed()) state.part("contact", *contact_);
   if (pairs_) state.part("pairs", *pairs_);
+  if (tools_) state.part("tools", *tools_);
   if (correction_) state.part("fluid_correction", *correction_);
   state.add("time", time_);
   if (!state.is_changed()) {
@@ -304,7 +322,7 @@ void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
     start_pass(Pass::velocity_keep, t, dt);
     sweep("stress, p2g", Sweep::usf_stress, dt);
     if (loads_) loads_->book_impulse(dt, ledger_);
-    add_pair_forces();
+    add_contact_forces();
     start_pass(Pass::advance, t + dt, dt);
     refine(t + dt, dt);
     sweep("g2p, p2g", Sweep::usf_velocity, dt);
@@ -320,7 +338,8 @@ void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
     sweep("g2p, stress, p2g", Sweep::usl, dt);
   }
   update_pairs(dt);
-  if (stress_order_ != StressOrder::usf) add_pair_forces();
+  move_tools(t, dt);
+  if (stress_order_ != StressOrder::usf) add_contact_forces();
   book_particle_forces(particle_forces, dt);
   if (loads_) {
     Stage stage(profile_, "loads");
@@ -387,7 +406,7 @@ void ExplicitSolver<Dim, R>::start() {
   load_time_ = time_;
   start_pass(Grid<Dim, R>::NodePass::velocity_keep, time_, 0);
   sweep("start", stress_order_ == StressOrder::usf ? Sweep::start_momentum : Sweep::start, 0);
-  if (stress_order_ != StressOrder::usf) add_pair_forces();
+  if (stress_order_ != StressOrder::usf) add_contact_forces();
   is_mapped_ = true;
 }
 
@@ -407,6 +426,7 @@ void ExplicitSolver<Dim, R>::start_pass(typename Grid<Dim, R>::NodePass pass, Re
 template <int Dim, class R>
 std::vector<BoundaryTotals> ExplicitSolver<Dim, R>::boundaries() const {
   std::vector<BoundaryTotals> all = boundaries_;
+  if (tools_) all.insert(all.end(), tools_->totals().begin(), tools_->totals().end());
   if (loads_) all.insert(all.end(), loads_->totals().begin(), loads_->totals().end());
   return all;
 }
@@ -507,6 +527,7 @@ Real ExplicitSolver<Dim, R>::stable_dt() const {
   const Real wall_speed = boundary_conditions_.greatest_speed(time_);
   for (int d = 0; d < Dim && wall_speed > 0; ++d) dt = std::min(dt, grids_[0]->cell_size(d) / wall_speed);
   if (pairs_) dt = std::min(dt, pairs_->stable_dt());
+  if (tools_) dt = std::min(dt, tools_->stable_dt());
   return dt;
 }
 
@@ -515,6 +536,10 @@ void ExplicitSolver<Dim, R>::remove_escaped() {
   for (auto& body : bodies_) body->remove_escaped(gravity_, ledger_);
   escapes_.clear();
   if (loads_) loads_->forget();
+  if (tools_) {
+    is_mapped_ = false;
+    tools_->update(0, 0, ledger_);
+  }
   update_particle_forces(time_);
   if (!pairs_) return;
   // What is left must be mapped again, without the forces of those that were removed.

@@ -6,6 +6,7 @@
 #include "explicit/fluid_correction.hpp"
 #include "explicit/node_contact.hpp"
 #include "explicit/pair_contact.hpp"
+#include "explicit/tools.hpp"
 #include "grid/boundary_condition.hpp"
 #include "grid/grid.hpp"
 #include "solver/solver.hpp"
@@ -36,6 +37,7 @@ class ExplicitSolver final : public Solver {
   void set_field(std::size_t body, const std::string& name, const std::vector<Real>& values) override;
   std::vector<Field> grid_fields() const override;
   BodyTotals totals(std::size_t body) const override { return bodies_[body]->totals(gravity_); }
+  std::vector<StepNumber> step_numbers() const override { return tools_ ? tools_->numbers() : std::vector<StepNumber>{}; }
   const Ledger& ledger() const override { return ledger_; }
   std::vector<BoundaryTotals> boundaries() const override;
   const Profile& profile() const override { return profile_; }
@@ -53,8 +55,10 @@ class ExplicitSolver final : public Solver {
   void book_particle_forces(const std::vector<std::vector<Real>>& forces, Real dt);
   /// Evaluates the forces between pairs of particles, dt [s] after the last time, and books them.
   void update_pairs(Real dt);
-  /// Adds them to what is mapped.
-  void add_pair_forces();
+  /// Moves the tools from time t, and evaluates and books what they do.
+  void move_tools(Real t, Real dt);
+  /// Adds both to what is mapped.
+  void add_contact_forces();
   void update_gravity(Real t);
   void measure_gaps();
   /// FMPM: further terms of the nodes' velocity, after they have advanced.
@@ -87,6 +91,7 @@ class ExplicitSolver final : public Solver {
   std::unique_ptr<Contact<Dim, R>> contact_;        ///< Of contact = "multi_field" only.
   std::unique_ptr<PairContact<Dim>> pairs_;         ///< Of contact = "pairs" only.
   std::unique_ptr<FluidCorrection<Dim, R>> correction_;
+  std::unique_ptr<Tools<Dim>> tools_;         ///< Of cases with tools.
   std::unique_ptr<AppliedLoads<Dim>> loads_;  ///< Of cases with loads.
   Real load_time_ = 0;                        ///< Of the forces that the next sweep maps [s].
   /// Whether the grid holds the particles' mass and momentum (and force): a cache between steps, the sweep that moves the particles

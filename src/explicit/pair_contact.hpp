@@ -44,11 +44,7 @@ class PairContact {
   /// Particles have been moved or taken away other than by steps.
   void forget_places();
   /// On the particles of a body.
-  struct Forces {
-    std::vector<Real> values;  ///< Dim numbers per id [N].
-    std::vector<Index> ids;    ///< Those with a force, ascending.
-    Extent<Dim> box;           ///< Has these in it [m].
-  };
+  using Forces = ParticleForces<Dim>;
   const Forces& forces(std::size_t body) const;
   /// Stored now: in the overlap, and in the springs of particles that stick [J].
   Real energy() const { return energy_; }

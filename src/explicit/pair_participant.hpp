@@ -108,10 +108,7 @@ struct PairContact<Dim>::Points {
 
   void start_update() {
     ++number;
-    for (const Index id : forces.ids) std::fill_n(forces.values.begin() + static_cast<std::ptrdiff_t>(id * Dim), Dim, 0);
-    forces.ids.clear();
-    forces.box.lower.fill(std::numeric_limits<Real>::infinity());
-    forces.box.upper.fill(-std::numeric_limits<Real>::infinity());
+    forces.clear(volumes.size());
   }
 };
 

@@ -82,6 +82,39 @@ struct Box final : Region {
     }
     return nearest_normals(faces, size);
   }
+  std::optional<NearSurface> surface_near(const Vec3& x, int dim) const override {
+    // Outside: to the nearest point of the box; inside: to the nearest face.
+    NearSurface near{-k_infinity, {}};
+    Vec3 beyond{};
+    bool is_outside = false;
+    for (std::size_t d = 0; d < static_cast<std::size_t>(dim); ++d) {
+      for (const bool is_upper : {false, true}) {
+        const Real past = is_upper ? x[d] - upper_corner[d] : lower_corner[d] - x[d];
+        if (past > 0) {
+          beyond[d] = is_upper ? past : -past;
+          is_outside = true;
+        }
+        if (past <= near.distance) continue;
+        near.distance = past;
+        near.normal = {};
+        near.normal[d] = is_upper ? 1 : -1;
+      }
+    }
+    if (!is_outside) return near;
+    near.distance = std::hypot(beyond[0], beyond[1], beyond[2]);
+    for (std::size_t d = 0; d < 3; ++d) near.normal[d] = beyond[d] / near.distance;
+    return near;
+  }
+  std::optional<Solid> solid(int dim) const override {
+    Solid solid{*measure(dim), {}, {}};
+    Vec3 squares{};
+    for (std::size_t d = 0; d < static_cast<std::size_t>(dim); ++d) {
+      solid.center[d] = 0.5 * (lower_corner[d] + upper_corner[d]);
+      squares[d] = std::pow(upper_corner[d] - lower_corner[d], 2) / 12;
+    }
+    for (std::size_t d = 0; d < 3; ++d) solid.inertia[4 * d] = solid.volume * (squares[(d + 1) % 3] + squares[(d + 2) % 3]);
+    return solid;
+  }
   Input write(int dim) const override { return write_typed(*this, dim); }
   void check(const Input& input, const ReadContext& context) const override {
     for (std::size_t d = 0; d < static_cast<std::size_t>(context.dim); ++d) {
@@ -120,6 +153,10 @@ struct HalfSpace final : Region {
     const Real scale = normal_scale();
     const Real length = std::hypot(normal[0] / scale, normal[1] / scale, normal[2] / scale);
     return {{normal[0] / scale / length, normal[1] / scale / length, normal[2] / scale / length}};
+  }
+  std::optional<NearSurface> surface_near(const Vec3& x, int dim) const override {
+    const Vec3 out = normals(x, dim)[0];
+    return NearSurface{(x[0] - point[0]) * out[0] + (x[1] - point[1]) * out[1] + (x[2] - point[2]) * out[2], out};
   }
   Input write(int dim) const override { return write_typed(*this, dim); }
   void check(const Input& input, const ReadContext& context) const override {
@@ -201,6 +238,40 @@ struct Polygon final : Region {
     }
     return nearest_normals(faces, size());
   }
+  std::optional<NearSurface> surface_near(const Vec3& x, int dim) const override {
+    Real least = k_infinity;
+    Vec3 way{};
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      const Vec3 foot = nearest_on_edge(x, vertices[i], end_of(i));
+      const Real distance = std::hypot(x[0] - foot[0], x[1] - foot[1]);
+      if (distance >= least) continue;
+      least = distance;
+      way = {x[0] - foot[0], x[1] - foot[1], 0};
+    }
+    if (least <= k_edge_tolerance * size()) return NearSurface{0, normals(x, dim)[0]};
+    const Real sign = reaches(x, 0) ? -1 : 1;
+    return NearSurface{sign * least, {sign * way[0] / least, sign * way[1] / least, 0}};
+  }
+  std::optional<Solid> solid(int) const override {
+    // Sums over triangles from the first vertex, which count as negative where the outline runs the other way.
+    Solid solid;
+    Real twice = 0, moment = 0;
+    Vec3 first{};
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      const Vec3 &o = vertices[0], &a = vertices[i], &b = end_of(i);
+      const Real area = cross(o, a, b);
+      const Real ax = a[0] - o[0], ay = a[1] - o[1], bx = b[0] - o[0], by = b[1] - o[1];
+      twice += area;
+      first[0] += area * (ax + bx) / 3;
+      first[1] += area * (ay + by) / 3;
+      moment += area * (ax * ax + ax * bx + bx * bx + ay * ay + ay * by + by * by) / 12;
+    }
+    const Vec3 from{first[0] / twice, first[1] / twice, 0};
+    solid.volume = std::abs(twice) / 2;
+    solid.center = {vertices[0][0] + from[0], vertices[0][1] + from[1], 0};
+    solid.inertia[8] = std::abs(moment) - solid.volume * (from[0] * from[0] + from[1] * from[1]);
+    return solid;
+  }
   Input write(int dim) const override { return write_typed(*this, dim); }
   void check(const Input& input, const ReadContext& context) const override {
     const Input& given = value_of(input, "vertices");
@@ -236,11 +307,15 @@ struct Polygon final : Region {
 
   /// (b - a) x (c - a) [m^2]: positive when c is to the left of the way from a to b.
   static Real cross(const Vec3& a, const Vec3& b, const Vec3& c) { return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]); }
-  static Real distance_to_edge(const Vec3& x, const Vec3& a, const Vec3& b) {
+  static Vec3 nearest_on_edge(const Vec3& x, const Vec3& a, const Vec3& b) {
     const Real length_squared = (b[0] - a[0]) * (b[0] - a[0]) + (b[1] - a[1]) * (b[1] - a[1]);
     const Real along = (x[0] - a[0]) * (b[0] - a[0]) + (x[1] - a[1]) * (b[1] - a[1]);
     const Real t = std::clamp(along / length_squared, Real{0}, Real{1});
-    return std::hypot(x[0] - a[0] - t * (b[0] - a[0]), x[1] - a[1] - t * (b[1] - a[1]));
+    return {a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), 0};
+  }
+  static Real distance_to_edge(const Vec3& x, const Vec3& a, const Vec3& b) {
+    const Vec3 foot = nearest_on_edge(x, a, b);
+    return std::hypot(x[0] - foot[0], x[1] - foot[1]);
   }
   /// Whether p, known to lie on the line through a and b, lies between them.
   static bool is_between(const Vec3& a, const Vec3& b, const Vec3& p) {
@@ -350,6 +425,36 @@ struct Cylinder final : Region {
     }
     return nearest_normals(faces, std::max(radius, length()));
   }
+  std::optional<NearSurface> surface_near(const Vec3& x, int dim) const override {
+    const Vec3 a = axis();
+    const Place at = place_of(x);
+    const Real above = std::max(at.along - length(), -at.along), around = at.away - radius;
+    if (above <= 0 || around <= 0) {
+      // Across a flat end or the round side, or inside.
+      if (above > around) {
+        const Real sign = at.along - length() > -at.along ? 1 : -1;
+        return NearSurface{above, {sign * a[0], sign * a[1], sign * a[2]}};
+      }
+      if (at.away > k_tie_tolerance * radius) return NearSurface{around, {at.out[0] / at.away, at.out[1] / at.away, at.out[2] / at.away}};
+      return NearSurface{around, normals(x, dim).back()};
+    }
+    // At an edge.
+    const Real distance = std::hypot(above, around);
+    const Real sign = at.along > length() ? 1 : -1;
+    NearSurface near{distance, {}};
+    for (std::size_t d = 0; d < 3; ++d) near.normal[d] = (sign * above * a[d] + around * at.out[d] / at.away) / distance;
+    return near;
+  }
+  std::optional<Solid> solid(int dim) const override {
+    Solid solid{*measure(dim), {}, {}};
+    const Vec3 a = axis();
+    const Real along = solid.volume * radius * radius / 2, across = solid.volume * (3 * radius * radius + length() * length()) / 12;
+    for (std::size_t i = 0; i < 3; ++i) {
+      solid.center[i] = 0.5 * (start[i] + end[i]);
+      for (std::size_t j = 0; j < 3; ++j) solid.inertia[3 * i + j] = (i == j ? across : 0) + (along - across) * a[i] * a[j];
+    }
+    return solid;
+  }
   Input write(int dim) const override { return write_typed(*this, dim); }
   void check(const Input& input, const ReadContext& context) const override {
     if (!(length() > 0)) fail_input(value_of(input, "end"), context, "end must be another point than start, they give the axis");
@@ -439,6 +544,15 @@ struct Union final : Region {
     return corner;
   }
   std::optional<Real> measure(int) const override { return std::nullopt; }
+  std::optional<NearSurface> surface_near(const Vec3& x, int dim) const override {
+    std::optional<NearSurface> nearest;
+    for (const RegionPointer& part : of) {
+      const std::optional<NearSurface> near = part->surface_near(x, dim);
+      if (!near) return std::nullopt;
+      if (!nearest || near->distance < nearest->distance) nearest = near;
+    }
+    return nearest;
+  }
   Input write(int dim) const override { return write_typed(*this, dim); }
 };
 
@@ -514,6 +628,19 @@ std::vector<Vec3> Ball<Dim>::normals(const Vec3& x, int) const {
   // All directions are equally near at the centre.
   if (distance <= k_tie_tolerance * radius) return {{1, 0, 0}, {0, 1, 0}, {0, 0, Dim == 3 ? 1.0 : 0.0}};
   return {{r[0] / distance, r[1] / distance, r[2] / distance}};
+}
+
+template <int Dim>
+std::optional<NearSurface> Ball<Dim>::surface_near(const Vec3& x, int dim) const {
+  return NearSurface{std::hypot(x[0] - center[0], x[1] - center[1], Dim == 3 ? x[2] - center[2] : 0) - radius, normals(x, dim)[0]};
+}
+
+template <int Dim>
+std::optional<Solid> Ball<Dim>::solid(int dim) const {
+  Solid solid{*measure(dim), center, {}};
+  const Real moment = (Dim == 3 ? 0.4 : 0.5) * solid.volume * radius * radius;
+  for (std::size_t d = 0; d < 3; ++d) solid.inertia[4 * d] = moment;
+  return solid;
 }
 
 template <int Dim>

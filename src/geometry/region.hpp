@@ -2,6 +2,7 @@
 // In 2D all points have z = 0, so a disk is a sphere and a rectangle is a box.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -9,6 +10,19 @@
 #include "core/parameters.hpp"
 
 namespace matpoint {
+
+/// Where a point is, seen from the surface of a region.
+struct NearSurface {
+  Real distance = 0;  ///< To the surface [m]; negative inside.
+  Vec3 normal{};      ///< Outward where it is nearest: along it the distance grows.
+};
+
+/// What a region weighs if it is solid, per density; in 2D per metre of thickness.
+struct Solid {
+  Real volume = 0;                ///< [m^dim]
+  Vec3 center{};                  ///< [m]
+  std::array<Real, 9> inertia{};  ///< About the centre, row by row [m^(dim+2)]; in 2D the last one counts.
+};
 
 class Region {
  public:
@@ -27,6 +41,9 @@ class Region {
   virtual bool has_normal() const { return false; }
   /// Outward unit normals of the surface where it is nearest to the inner point x [m]: one, or one for each face that is equally near.
   virtual std::vector<Vec3> normals(const Vec3&, int /*dim*/) const { return {}; }
+  /// For tools, whose surfaces touch; nothing where it is not known.
+  virtual std::optional<NearSurface> surface_near(const Vec3&, int /*dim*/) const { return std::nullopt; }
+  virtual std::optional<Solid> solid(int /*dim*/) const { return std::nullopt; }
   virtual Input write(int dim) const = 0;
   virtual void check(const Input&, const ReadContext&) const {}
 };
@@ -54,6 +71,8 @@ struct Ball final : Region {
   std::optional<Real> measure(int dim) const override;
   bool has_normal() const override { return true; }
   std::vector<Vec3> normals(const Vec3& x, int dim) const override;
+  std::optional<NearSurface> surface_near(const Vec3& x, int dim) const override;
+  std::optional<Solid> solid(int dim) const override;
   Input write(int dim) const override;
   void check(const Input& input, const ReadContext& context) const override;
 };

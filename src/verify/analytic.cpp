@@ -66,6 +66,7 @@ VerifySuite analytic_suite() {
   add_elastic_cylinder(suite);
   add_axisymmetry(suite);
   add_loads(suite);
+  add_tools(suite);
   add_implicit_paper(suite);
   add_implicit_explicit(suite);
   add_implicit_friction(suite);

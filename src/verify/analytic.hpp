@@ -31,6 +31,8 @@ void add_elastic_cylinder(VerifySuite& suite);
 void add_axisymmetry(VerifySuite& suite);
 /// Loads on particles and on the ground (loads.cpp).
 void add_loads(VerifySuite& suite);
+/// Rigid tools (tools.cpp).
+void add_tools(VerifySuite& suite);
 void add_implicit_paper(VerifySuite& suite);
 void add_implicit_explicit(VerifySuite& suite);
 void add_implicit_friction(VerifySuite& suite);

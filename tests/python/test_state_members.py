@@ -119,6 +119,7 @@ REPORTS = "measured for messages, profiles and files; no step reads it"
 LOADED = "follows from what is declared, and is set when that is loaded"
 RUN = "of the process, not of the problem: who listens, spare memory, what is on its way to a file, what has failed"
 UNDECLARED = {
+    "AppliedLoads": {GIVEN: "loads_ bodies_ places_ first_ period_", ANEW: "now_ before_"},
     "BodyContact": {GIVEN: "images_ friction_", ANEW: "patches_ pattern_ places_ entry_ x0_ x_ searched_at_", REPORTS: "energy_"},
     "BodyContact::Pair": {GIVEN: "kernel stiffness", ANEW: "shifts"},
     "BoundaryTotals": {GIVEN: "name"},
@@ -127,7 +128,7 @@ UNDECLARED = {
     "Contact": {GIVEN: "bodies_ conditions_ friction_"},
     "ExplicitSolver": {
         GIVEN: "node_positions_ stress_order_ fmpm_order_ kernels_ geometry_ boundary_conditions_ has_obstacles_ holds_",
-        ANEW: "body_force_values_",
+        ANEW: "body_force_values_ load_time_",
         REPORTS: "profile_",
     },
     "FaceContacts": {GIVEN: "conditions_", ANEW: "released_ sets_ held_ slipping_ unsettled_"},
@@ -146,8 +147,8 @@ UNDECLARED = {
     "Health": {GIVEN: "is_explicit_"},
     "Health::Range": {GIVEN: "column"},
     "ImplicitSolver": {
-        GIVEN: "spec_ geometry_ conditions_ particles_ fem_bodies_ tractions_",
-        ANEW: "assembly_ newton_ work_at_start_",
+        GIVEN: "spec_ geometry_ conditions_ particles_ fem_bodies_ tractions_ point_loads_",
+        ANEW: "assembly_ newton_ work_at_start_ load_work_at_start_",
         REPORTS: "profile_ step_seconds_",
         LOADED: "escapes_ escaped_rows_",
     },
@@ -165,6 +166,7 @@ UNDECLARED = {
     "PointBody": {GIVEN: "name_"},
     "ResultsFolder": {RUN: "existing_ lock_ watch_ taken_step_ fields_ state_ writing_"},
     "ResultsFolder::Writers": {GIVEN: "fields"},
+    "RigidMotion": {GIVEN: "spec_ start_pivot_ arm_ mass_ axes_ moments_ fixed_axis_ inertia_ is_turn_held_"},
     "SideContact": {GIVEN: "modulus_ slope_ is_static_", ANEW: "displacements_ near_ is_near_", REPORTS: "energy_"},
     "SideContact::Side": {GIVEN: "axis inward condition friction", ANEW: "shifts"},
     "Simulation": {GIVEN: "case_", REPORTS: "health_lines_", RUN: "callbacks_ history_callbacks_ is_changed_by_hand_ broken_"},
@@ -175,6 +177,8 @@ UNDECLARED = {
         "slots_ cell_nodes_ unknowns_ unknown_count_ pattern_",
         REPORTS: "penetrated_count_",
     },
+    "Tools": {GIVEN: "half_min_ k_over_m_", LOADED: "touched_ energy_", REPORTS: "dissipated_"},
+    "Tools::Tool": {GIVEN: "name shape friction stiffness", REPORTS: "overlap", LOADED: "k_sum force torque", ANEW: "way turn"},
     "VtkHdfSeries": {GIVEN: "folder_ name_ real_ compression_ grid_ dim_", RUN: "is_behind_"},
     "VtuSeries": {GIVEN: "folder_ name_ real_ grid_"},
 }

@@ -163,6 +163,19 @@ std::vector<Continued> continued() {
        given + step(0.002) + implicit + box("block", "[0.3, 0.02]", "[0.6, 0.3]", solid + thrown) + k_loads + floor +
            "contact = \"no_tension\"\n",
        20},
+      {"tools",
+       given + "[time]\nend = 1\n" + box("block", "[0.3, 0.12]", "[0.6, 0.3]", solid + thrown) +
+           "[[tool]]\nname = \"upper\"\nshape = { type = \"disk\", center = [0.45, 0.4], radius = 0.1 }\ndensity = 500\nfriction = "
+           "0.3\nvelocity "
+           "= [0.2, -3]\nangular_velocity = 3\n[[tool]]\nname = \"plate\"\nshape = { type = \"box\", lower = [0, 0.05], upper = [0.9, 0.1] "
+           "}\nvelocity = [0, 0.1]\nfriction = 0.2\n",
+       80},
+      {"tool_on_a_hinge",
+       given + "[time]\nend = 1\n[solver]\nstress_order = \"usf\"\n" + box("block", "[0.3, 0.12]", "[0.6, 0.3]", solid + thrown) +
+           "[[tool]]\nname = \"plate\"\nshape = { type = \"box\", lower = [0.2, 0.05], upper = [0.9, 0.1] }\nhinge = [0.2, 0.1]\nmass = "
+           "10\nspring = "
+           "1e4\nfriction = 0.2\n",
+       80},
       {"implicit_elements_in_contact",
        given + step(0.002) + implicit + "basis = \"element\"\nelement_order = 1\ncontact = \"pairs\"\nfriction = 0.3\n" +
            box("plate", "[0, 0]", "[1, 0.2]", "method = \"elements\"\n" + elastic) +
@@ -262,6 +275,7 @@ TEST(State, has_nothing_that_decides_nothing) {
                                          "simulation/solver/pairs/pair/*/second/holds/energy",
                                          "simulation/solver/boundary/*/force",
                                          "simulation/solver/load/*/force",
+                                         "simulation/solver/tools/*/totals/force",
                                          "simulation/solver/loads/load/*/force",
                                          "simulation/solver/boundary/*/in_slip/force",
                                          "simulation/solver/time"};
