@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 
 from matpoint.errors import ResultsError, did_you_mean, shown
 from matpoint.fields import Floats
+from matpoint.outlines import tool_lines
 from matpoint.scene import (
     HasParticles,
     HasScene,
@@ -339,6 +340,14 @@ def draw_grid_box(axes: Axes, scene: Scene) -> None:
     axes.set_ylim(points[:, 1].min() - margin, points[:, 1].max() + margin)
 
 
+def draw_tools(axes: Axes, scene: Scene, history: Mapping[str, Floats], time: float) -> None:
+    """The outlines of rigid tools at a time [s]."""
+    lower, upper = grid_box(scene)
+    for line in tool_lines(scene.case, history, time, float(np.linalg.norm(upper - lower))):
+        points = project(line, scene.dim)
+        axes.plot(points[:, 0], points[:, 1], color="black", linewidth=1.0)
+
+
 @_styled
 def particles(source: HasScene, field: str | None = None, times: Sequence[float] | None = None) -> Figure:
     """All particles coloured by a field, one panel per time, on one colour scale.
@@ -375,6 +384,7 @@ def particles(source: HasScene, field: str | None = None, times: Sequence[float]
     for axes, index in zip(panels.flat, indices):
         axes.grid(False)
         draw_grid_box(axes, scene)
+        draw_tools(axes, scene, getattr(source, "history", {}), float(bodies[0].times[index]))
         drawn += [(axes, *item) for item in draw_particles(axes, scene, index, field, norm, cmap)]
         axes.set_title(f"t = {bodies[0].times[index]:.4g} s")
     for axes in panels.flat[len(indices) :]:

@@ -124,6 +124,7 @@ ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
   if (problem.solver.fluid_correction.value_or(false)) {
     const bool has_filter = problem.solver.transfer == Transfer::flip && problem.solver.flip == 1;
     correction_ = std::make_unique<FluidCorrection<Dim, R>>(has_filter, *grids_[0], boundary_conditions_, bodies_);
+    if (tools_) correction_->set_rigid([this](const Vec3& x) { return tools_->distance(x); });
   }
   if (body_force_ && !has_particle_force) {
     constexpr Index k_nodes_max = 50'000'000;

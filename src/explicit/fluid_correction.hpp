@@ -18,6 +18,8 @@
 // a is the way in cells that the fluid has gone since the last time, by its velocity beside that of its centre of mass.
 #pragma once
 
+#include <functional>
+
 #include <memory>
 
 #include "body/body.hpp"
@@ -32,6 +34,8 @@ class FluidCorrection {
   FluidCorrection(bool has_filter, Grid<Dim, R>& grid, const BoundaryConditions<Dim, R>& conditions,
                   const std::vector<std::unique_ptr<Body<Dim>>>& bodies);
 
+  /// Of what is rigid: the signed distance of a place from its surface, for tools, which take up space, too.
+  void set_rigid(std::function<Real(const Vec3& x)> distance) { rigid_distance_ = std::move(distance); }
   /// Whether the fluids have moved far enough by a step of dt [s].
   bool is_due(Real dt);
   /// Corrects. The nodes hold nothing of use afterwards.
@@ -50,11 +54,12 @@ class FluidCorrection {
   Grid<Dim, R>& grid_;
   const BoundaryConditions<Dim, R>& conditions_;
   std::vector<Body<Dim>*> fluids_;
-  std::vector<Body<Dim>*> fillers_;  ///< All whose particles take up space.
-  std::vector<Real> lengths_[Dim];   ///< Integrals of the functions along each direction [m].
-  Real cell_size_ = 0;               ///< The smallest [m].
-  Real way_ = 0;                     ///< An upper bound of what the fluids have moved since the last correction [m].
-  Real elapsed_ = 0;                 ///< [s]
+  std::vector<Body<Dim>*> fillers_;                    ///< All whose particles take up space.
+  std::function<Real(const Vec3& x)> rigid_distance_;  ///< Empty without tools.
+  std::vector<Real> lengths_[Dim];                     ///< Integrals of the functions along each direction [m].
+  Real cell_size_ = 0;                                 ///< The smallest [m].
+  Real way_ = 0;                                       ///< An upper bound of what the fluids have moved since the last correction [m].
+  Real elapsed_ = 0;                                   ///< [s]
 };
 
 }  // namespace matpoint

@@ -216,6 +216,13 @@ void Tools<Dim>::update(Real dt, Real since, Ledger& ledger) {
 }
 
 template <int Dim>
+Real Tools<Dim>::distance(const Vec3& x) const {
+  Real least = std::numeric_limits<Real>::infinity();
+  for (const Tool& tool : tools_) least = std::min(least, tool.shape->surface_near(tool.motion.at_start(x), Dim)->distance);
+  return least;
+}
+
+template <int Dim>
 Real Tools<Dim>::stable_dt() const {
   Real dt = k_step_share * 2 / std::sqrt(k_over_m_);
   for (const Tool& tool : tools_) {

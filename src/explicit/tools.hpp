@@ -32,6 +32,8 @@ class Tools {
   void update(Real dt, Real since, Ledger& ledger);
 
   const ParticleForces<Dim>& forces(std::size_t body) const { return touched_[body].forces; }
+  /// From the surface of the nearest one [m]; negative inside.
+  Real distance(const Vec3& x) const;
   /// Stored in the overlaps now [J].
   Real energy() const { return energy_; }
   /// Largest stable step [s].
