@@ -59,7 +59,8 @@ def _turned(points: Floats, turn: Floats) -> Floats:
     angle = float(np.linalg.norm(turn))
     if points.shape[1] == 2:
         angle = float(turn[0])
-        return points @ np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+        in_plane: Floats = points @ np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+        return in_plane
     if angle == 0:
         return points
     axis = turn / angle

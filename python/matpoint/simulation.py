@@ -104,8 +104,8 @@ class Case:
     Args:
         name: Names the results; a file's stem for a case that was read.
         sections: The keys of a case file: title, source, dim, gravity [m/s^2], gravity_times [s], gravity_factors,
-            base_acceleration (n, dim) [m/s^2], base_acceleration_times (n,) [s], grid, time, solver, output, body, boundary, load, tool, probe.
-            Sections are parts (`Grid(...)`) or dicts, lists of them for body, boundary, load, tool and probe.
+            base_acceleration (n, dim) [m/s^2], base_acceleration_times (n,) [s], grid, time, solver, output, body, boundary, load,
+            tool, probe. Sections are parts (`Grid(...)`) or dicts, lists of them for body, boundary, load, tool and probe.
             Beside what a file can say: `body_force`, a function of positions (n, dim) [m], or of positions and time [s], that gives
             accelerations (n, dim) [m/s^2], at the nodes or, with the implicit solver, at the particles; the initial `velocity` of a body
             as a function of positions (n, dim) that gives velocities (n, dim) [m/s]; the `velocity` of a boundary

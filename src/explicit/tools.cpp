@@ -43,7 +43,10 @@ Tools<Dim>::Tools(const Case& problem, std::vector<const Body<Dim>*> bodies) {
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const Material& material = *problem.bodies[b].material;
     const Real speed = material.wave_speed(1);
-    Touched touched{bodies[b], material.density() * speed * speed, bodies[b]->field("mass", b).values, {}, {}, {}, {}};
+    Touched touched;
+    touched.body = bodies[b];
+    touched.modulus = material.density() * speed * speed;
+    touched.mass = bodies[b]->field("mass", b).values;
     const std::vector<Real> positions = bodies[b]->field("position", b).values;
     for (std::size_t p = 0; p < touched.mass.size(); ++p) {
       const Real volume = touched.mass[p] / material.density();
@@ -72,6 +75,9 @@ Tools<Dim>::Tools(const Case& problem, std::vector<const Body<Dim>*> bodies) {
       }
     }
     touched.forces.clear(touched.mass.size());
+    touched.last_forces.clear(touched.mass.size());
+    touched.places.resize(touched.mass.size());
+    touched.last_places.resize(touched.mass.size());
     touched_.push_back(std::move(touched));
   }
 }
@@ -126,7 +132,6 @@ void Tools<Dim>::touch(std::size_t number, Touched& body, Real dt) {
     Real overlap = 0;
     Real k = 0;
     Vec3 force{};  ///< On the particle.
-    Real slip_work = 0;
   };
   std::vector<Push> pushes(points.size());
   constexpr std::size_t k_piece = 256;
@@ -153,18 +158,17 @@ void Tools<Dim>::touch(std::size_t number, Touched& body, Real dt) {
       if (speed == 0) continue;
       const Real rubbing = std::min(tool.friction * pressing, k_stopping * body.mass[id] * speed / dt);
       for (std::size_t d = 0; d < 3; ++d) push.force[d] -= rubbing * slip[d] / speed;
-      push.slip_work = rubbing * speed * dt;
     }
   });
   ParticleForces<Dim>& forces = body.forces;
   for (std::size_t i = 0; i < points.size(); ++i) {
+    body.places[static_cast<std::size_t>(points[i].id)] = {number_, points[i].x};
     const Push& push = pushes[i];
     if (push.overlap == 0) continue;
     const auto id = static_cast<std::size_t>(points[i].id);
     tool.overlap = std::max(tool.overlap, push.overlap / body.half[id]);
     tool.k_sum += push.k;
     energy_ += 0.5 * push.k * push.overlap * push.overlap;
-    dissipated_ += push.slip_work;
     const Vec3 torque = cross(difference(widened<Dim>(points[i].x), tool.motion.pivot()), push.force);
     for (std::size_t d = 0; d < 3; ++d) {
       tool.force[d] -= push.force[d];
@@ -179,6 +183,25 @@ void Tools<Dim>::touch(std::size_t number, Touched& body, Real dt) {
   }
 }
 
+// Friction takes what is left of the tools' work when the overlaps and the particles have had their shares. The particles' own velocities
+// do not say what it takes: under FLIP they keep what the grid does not move them by.
+template <int Dim>
+Real Tools<Dim>::work_on(const Touched& body) const {
+  std::vector<Index> ids = body.forces.ids;
+  ids.insert(ids.end(), body.last_forces.ids.begin(), body.last_forces.ids.end());
+  std::sort(ids.begin(), ids.end());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  Real work = 0;
+  for (const Index one : ids) {
+    const auto id = static_cast<std::size_t>(one);
+    const auto &now = body.places[id], &last = body.last_places[id];
+    if (now.update != number_ || last.update != number_ - 1) continue;
+    for (std::size_t d = 0; d < Dim; ++d)
+      work += 0.5 * (body.forces.values[id * Dim + d] + body.last_forces.values[id * Dim + d]) * (now.x[d] - last.x[d]);
+  }
+  return work;
+}
+
 template <int Dim>
 void Tools<Dim>::update(Real dt, Real since, Ledger& ledger) {
   std::vector<std::pair<Vec3, Vec3>> before;
@@ -187,9 +210,13 @@ void Tools<Dim>::update(Real dt, Real since, Ledger& ledger) {
     tool.force = tool.torque = {};
     tool.overlap = tool.k_sum = 0;
   }
-  energy_ = dissipated_ = 0;
+  const Real stored = energy_;
+  energy_ = 0;
   last_dt_ = dt;
+  ++number_;
   for (Touched& body : touched_) {
+    std::swap(body.forces, body.last_forces);
+    std::swap(body.places, body.last_places);
     body.forces.clear(body.mass.size());
     for (std::size_t t = 0; t < tools_.size(); ++t) touch(t, body, dt);
     // A particle may touch two tools.
@@ -197,6 +224,7 @@ void Tools<Dim>::update(Real dt, Real since, Ledger& ledger) {
     std::sort(ids.begin(), ids.end());
     ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
   }
+  Real all = 0;
   for (std::size_t t = 0; t < tools_.size(); ++t) {
     const Tool& tool = tools_[t];
     BoundaryTotals& totals = totals_[t];
@@ -211,8 +239,11 @@ void Tools<Dim>::update(Real dt, Real since, Ledger& ledger) {
     }
     totals.work += work;
     ledger.boundary_work += work;
+    all += work;
   }
-  if (since > 0) ledger.contact_dissipation += dissipated_;
+  if (since == 0) return;
+  for (const Touched& body : touched_) all -= work_on(body);
+  ledger.contact_dissipation += all - (energy_ - stored);
 }
 
 template <int Dim>

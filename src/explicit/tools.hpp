@@ -66,17 +66,26 @@ class Tools {
     /// By tool and id, of those that lie nearer at the start: where they touch [m].
     std::vector<std::vector<std::pair<Index, Real>>> laid;
     ParticleForces<Dim> forces;
+    ParticleForces<Dim> last_forces;
+    /// Where a particle near a tool was, and at which update; by id, now and at the last update.
+    struct Place {
+      Index update = -1;
+      Vec<Dim> x{};  ///< [m]
+    };
+    std::vector<Place> places, last_places;
     Real reach(std::size_t tool, Index id) const;
   };
   Extent<Dim> box_of(const Tool& tool, Real margin) const;
   void touch(std::size_t tool, Touched& body, Real dt);
+  /// Of the forces, as a mean over the step, in the ways of the particles since the last update [J].
+  Real work_on(const Touched& body) const;
 
   std::vector<Tool> tools_;
   std::vector<Touched> touched_;
   std::vector<BoundaryTotals> totals_;
   Real energy_ = 0;
-  Real dissipated_ = 0;  ///< By friction in the last update [J].
   Real last_dt_ = 0;
+  Index number_ = 0;   ///< Of this update.
   Real half_min_ = 0;  ///< The smallest half spacing [m].
   Real k_over_m_ = 0;  ///< The greatest stiffness over mass of a particle [1/s^2].
 };

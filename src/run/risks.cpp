@@ -231,6 +231,39 @@ void find_start_out_of_balance(const Case& problem, const Solver& solver, std::v
   }
 }
 
+/// Tools that the grid sees through: particles before and behind them share nodes.
+void find_thin_tools(const Case& problem, std::vector<std::string>& risks) {
+  constexpr int k_samples = 60;  // along each side of a tool's box
+  constexpr Real k_cells = 2;
+  for (const ToolSpec& tool : problem.tools) {
+    const Vec3 lower = tool.shape->lower(), upper = tool.shape->upper();
+    if (!std::all_of(lower.begin(), lower.begin() + problem.dim, [](Real x) { return std::isfinite(x); })) continue;
+    // Twice the greatest depth; faces, and so middles of boxes, are on the samples' lattice.
+    Real depth = 0, cell = std::numeric_limits<Real>::infinity();
+    std::array<int, 3> count{1, 1, 1};
+    for (std::size_t d = 0; d < static_cast<std::size_t>(problem.dim); ++d) {
+      count[d] = k_samples + 1;
+      cell = std::min(cell, problem.grid.cell_size[d]);
+    }
+    for (int i = 0; i < count[0]; ++i) {
+      for (int j = 0; j < count[1]; ++j) {
+        for (int k = 0; k < count[2]; ++k) {
+          const std::array<int, 3> place{i, j, k};
+          Vec3 x{};
+          for (std::size_t d = 0; d < static_cast<std::size_t>(problem.dim); ++d)
+            x[d] = lower[d] + place[d] * (upper[d] - lower[d]) / k_samples;
+          depth = std::max(depth, -tool.shape->surface_near(x, problem.dim)->distance);
+        }
+      }
+    }
+    if (2 * depth >= k_cells * cell * (1 - 1e-9)) continue;
+    risks.push_back(fmt::format(
+        "tool \"{}\" is {:.3g} m thick, less than two cells of {:.3g} m: what is before it drags what is behind it, and particles that "
+        "hit it fast may pass; make it thicker, or the cells smaller",
+        tool.name, 2 * depth, cell));
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> risks_of(const Case& problem, const Solver& solver) {
@@ -244,6 +277,7 @@ std::vector<std::string> risks_of(const Case& problem, const Solver& solver) {
   find_sparse_bodies(problem, solver, shares, risks);
   find_unsafe_schemes(problem, solver, risks);
   find_walls_that_do_not_hold(problem, solver, risks);
+  find_thin_tools(problem, risks);
   return risks;
 }
 

@@ -164,6 +164,22 @@ TEST(Tools, on_which_a_body_is_laid_carry_its_weight) {
   }
 }
 
+TEST(Tools, book_what_friction_takes_where_a_body_sticks) {
+  // A block that a plate has brought to its speed, 0.5 m/s, after which nothing slips: m v^2 / 2 went into the motion, as much was rubbed
+  // away.
+  const std::string plate =
+      "[[tool]]\nname = \"plate\"\nshape = { type = \"box\", lower = [-2, 0.6], upper = [4, 0.8] }\nvelocity = [0.5, 0]\n"
+      "friction = 0.3\n";
+  Simulation sim(read(block(2, plate), {"time.end=0.6", "body.block.material.youngs_modulus=1e6"}));
+  sim.run();
+  const BodyTotals totals = sim.solver().totals(0);
+  const Real kinetic = 0.5 * totals.mass * 0.25;
+  EXPECT_NEAR(totals.momentum[0] / totals.mass, 0.5, 0.01);
+  EXPECT_NEAR(sim.solver().boundaries()[0].work, 2 * kinetic, 0.05 * kinetic);
+  EXPECT_NEAR(sim.solver().ledger().contact_dissipation, kinetic, 0.1 * kinetic);
+  EXPECT_LT(std::abs(transfer_loss(sim)), 0.05 * kinetic);
+}
+
 TEST(Tools, lift_and_turn_what_lies_on_them) {
   Simulation sim(read(block(2, k_plate + "velocity = [0, 0.5]\nfriction = 0.5\n"), {"time.end=0.6"}));
   sim.run();

@@ -73,7 +73,22 @@ class Calls:
     def case(self) -> None:
         """A section, or a key of one, has another value."""
         key = self.rng.choice(
-            ["gravity", "grid", "time", "body", "boundary", "solver", "output", "probe", "title", "dim", "rule", "body_force"]
+            [
+                "gravity",
+                "grid",
+                "time",
+                "body",
+                "boundary",
+                "load",
+                "tool",
+                "solver",
+                "output",
+                "probe",
+                "title",
+                "dim",
+                "rule",
+                "body_force",
+            ]
         )
         inner = {
             "grid": ["upper", "lower", "cells", "periodic", "origin"],

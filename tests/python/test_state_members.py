@@ -137,7 +137,7 @@ UNDECLARED = {
         GIVEN: "cells_ nodes_of_body_ undeformed_ cell_rows_ output_cells_ functions_ nodes_ N_ weight_ratio_ receding_correction_ "
         "depths_ cell_length_"
     },
-    "FluidCorrection": {GIVEN: "rigid_distance_ has_filter_ grid_ conditions_ fluids_ fillers_ lengths_ cell_size_"},
+    "FluidCorrection": {GIVEN: "has_filter_ grid_ conditions_ fluids_ fillers_ lengths_ cell_size_"},
     "Grid": {
         GIVEN: "lower_ upper_ cell_size_ cells_ is_periodic_ has_periodic_ shape_ span_ band_rows_ conditions_ is_refined_ kernels_",
         ANEW: "body_force_ pass_ pass_count_ dynamics_ dt_ boundary_velocities_ boundary_velocities_before_ sums_ books_",
@@ -177,8 +177,8 @@ UNDECLARED = {
         "slots_ cell_nodes_ unknowns_ unknown_count_ pattern_",
         REPORTS: "penetrated_count_",
     },
-    "Tools": {GIVEN: "half_min_ k_over_m_", LOADED: "touched_ energy_", REPORTS: "dissipated_"},
-    "Tools::Tool": {GIVEN: "name shape friction stiffness", REPORTS: "overlap", LOADED: "k_sum force torque", ANEW: "way turn"},
+    "Tools": {GIVEN: "half_min_ k_over_m_", LOADED: "touched_ energy_", ANEW: "number_"},
+    "Tools::Tool": {GIVEN: "shape friction stiffness", REPORTS: "overlap", LOADED: "k_sum force torque", ANEW: "way turn"},
     "VtkHdfSeries": {GIVEN: "folder_ name_ real_ compression_ grid_ dim_", RUN: "is_behind_"},
     "VtuSeries": {GIVEN: "folder_ name_ real_ grid_"},
 }

@@ -84,4 +84,5 @@ def test_what_is_wrong_with_a_tool_is_said():
     with pytest.raises(mp.InputError, match="hinge is for what moves freely"):
         case(hinge=(0, 0)).build()
     with pytest.raises(mp.InputError, match="the surface of this shape is not known"):
-        case(shape=mp.Where(lambda x: x[:, 1] < 0.2)).build()
+        plate = mp.Box(lower=(0, 0.1), upper=(1, 0.28))
+        case(shape=mp.Difference(of=[plate, mp.Disk(center=(0.5, 0.2), radius=0.05)])).build()

@@ -1,5 +1,6 @@
 // What a case asks for and does not want: named before the run, and the setting that is named does it.
 #include "case/case_file.hpp"
+#include "run/risks.hpp"
 #include "support/solver_case.hpp"
 
 namespace matpoint::test {
@@ -162,6 +163,27 @@ TEST(Risks, domains_of_what_breaks_are_warned_of) {
   EXPECT_EQ(warnings_of(read(k_two_blocks, ice), phrase), 1u);
   EXPECT_EQ(warnings_of(read(k_two_blocks, {ice[0], ice[1]}), phrase), 0u);
   EXPECT_EQ(warnings_of(read(k_two_blocks, {ice[0], ice[2]}), phrase), 0u);
+}
+
+TEST(Risks, thin_tools_are_seen) {
+  const auto said = [](const std::string& shape) {
+    const Case problem = read(
+        "[grid]\nupper = [1, 1]\ncells = [20, 20]\n[time]\nend = 1\n[[body]]\nname = \"block\"\nregion = { type = "
+        "\"box\", lower = [0.3, 0.5], upper = [0.6, 0.7] }\nlayout = { type = \"per_cell\", count = 4 }\nmaterial = { type = "
+        "\"neo_hookean\", density = 1000, youngs_modulus = 1e5, poissons_ratio = 0.3 }\n[[tool]]\nname = \"blade\"\nshape = " +
+        shape + "\n");
+    Simulation sim(problem);
+    std::string all;
+    for (const std::string& risk : risks_of(problem, sim.solver())) all += risk.find("tool") != std::string::npos ? risk : "";
+    return all;
+  };
+  EXPECT_EQ(
+      said("{ type = \"box\", lower = [0.1, 0.2], upper = [0.9, 0.29] }"),
+      "tool \"blade\" is 0.09 m thick, less than two cells of 0.05 m: what is before it drags what is behind it, and particles that hit it "
+      "fast may pass; make it thicker, or the cells smaller");
+  EXPECT_EQ(said("{ type = \"box\", lower = [0.1, 0.2], upper = [0.9, 0.3] }"), "");
+  EXPECT_EQ(said("{ type = \"disk\", center = [0.5, 0.3], radius = 0.05 }"), "");
+  EXPECT_EQ(said("{ type = \"half_space\", point = [0.5, 0.3], normal = [0, 1] }"), "");
 }
 
 }  // namespace
