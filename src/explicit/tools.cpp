@@ -35,6 +35,8 @@ Real Tools<Dim>::Touched::reach(std::size_t tool, Index id) const {
 
 template <int Dim>
 Tools<Dim>::Tools(const Case& problem, std::vector<const Body<Dim>*> bodies) {
+  std::copy_n(problem.grid.lower.begin(), Dim, grid_.lower.begin());
+  std::copy_n(problem.grid.upper.begin(), Dim, grid_.upper.begin());
   for (const ToolSpec& spec : problem.tools) {
     tools_.push_back({spec.name, spec.shape, RigidMotion(spec, Dim), spec.friction, spec.stiffness, {}, {}, 0, 0, {}, {}});
     totals_.push_back({spec.name, {}, {}, 0});
@@ -89,6 +91,12 @@ void Tools<Dim>::advance(Real t, Real dt, const Vec3& gravity) {
     tool.motion.advance(t, dt, tool.force, tool.torque, gravity);
     tool.way = difference(tool.motion.pivot(), before);
     for (std::size_t d = 0; d < 3; ++d) tool.turn[d] = dt * tool.motion.angular_velocity()[d];
+    if (!tool.motion.is_free() || gap_of<Dim>(box_of(tool, 0), grid_) <= 0) continue;
+    const Vec3 x = tool.motion.center();
+    throw SolverError(
+        "t = {:.8g} s: tool \"{}\", which moves freely, has left the grid; its centre is at ({:.6g}); sides of the grid do not hold tools: "
+        "hold it (held, hinge), end the run before, or enlarge the grid",
+        t + dt, tool.name, fmt::join(x.begin(), x.begin() + Dim, ", "));
   }
 }
 

@@ -85,9 +85,10 @@ class Tools {
   std::vector<BoundaryTotals> totals_;
   Real energy_ = 0;
   Real last_dt_ = 0;
-  Index number_ = 0;   ///< Of this update.
-  Real half_min_ = 0;  ///< The smallest half spacing [m].
-  Real k_over_m_ = 0;  ///< The greatest stiffness over mass of a particle [1/s^2].
+  Index number_ = 0;    ///< Of this update.
+  Extent<Dim> grid_{};  ///< Its box [m].
+  Real half_min_ = 0;   ///< The smallest half spacing [m].
+  Real k_over_m_ = 0;   ///< The greatest stiffness over mass of a particle [1/s^2].
 };
 
 }  // namespace matpoint

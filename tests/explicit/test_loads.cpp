@@ -282,7 +282,7 @@ TEST(Loads, that_cannot_be_are_refused) {
   EXPECT_EQ(said(push + "times = [0, 1]\n"), "case.toml:21: load 1: times has 2 entries and factors 0; they must match");
   EXPECT_EQ(said(push + "times = [0, 0]\nfactors = [0, 1]\n"), "case.toml:21: load 1: times[1] = 0 must be greater than times[0] = 0");
   EXPECT_EQ(said(push + "name = \"block\"\n"),
-            "case.toml:17: load block: a load, boundary or body has the name \"block\" already; give each its own");
+            "case.toml:17: load block: a load, tool, boundary or body has the name \"block\" already; give each its own");
   EXPECT_EQ(
       said(push + "region = { type = \"disk\", center = [0, 0], radius = 0.1 }\n"),
       "case.toml:17: load load_1: no face of the free surface of body \"block\" has its middle in the region; what lies on a side of the "

@@ -212,6 +212,21 @@ TEST(Tools, let_nothing_pass) {
   }
 }
 
+TEST(Tools, that_fall_out_of_the_grid_end_the_run_with_a_sentence) {
+  Simulation sim(
+      read(block(2, "[[tool]]\nname = \"stone\"\nshape = { type = \"disk\", center = [0.3, 0.3], radius = 0.1 }\ndensity = 2000\n"),
+           {"time.end=1"}));
+  std::string said;
+  try {
+    sim.run();
+  } catch (const SolverError& error) {
+    said = error.what();
+  }
+  // 0.4 m down.
+  EXPECT_NEAR(sim.time(), std::sqrt(2 * 0.4 / 10), 0.01);
+  EXPECT_NE(said.find("tool \"stone\", which moves freely, has left the grid"), std::string::npos) << said;
+}
+
 TEST(Tools, press_rings_around_an_axis) {
   Simulation sim(read(R"(
 gravity = [0, 0]

@@ -177,7 +177,7 @@ UNDECLARED = {
         "slots_ cell_nodes_ unknowns_ unknown_count_ pattern_",
         REPORTS: "penetrated_count_",
     },
-    "Tools": {GIVEN: "half_min_ k_over_m_", LOADED: "touched_ energy_", ANEW: "number_"},
+    "Tools": {GIVEN: "grid_ half_min_ k_over_m_", LOADED: "touched_ energy_", ANEW: "number_"},
     "Tools::Tool": {GIVEN: "shape friction stiffness", REPORTS: "overlap", LOADED: "k_sum force torque", ANEW: "way turn"},
     "VtkHdfSeries": {GIVEN: "folder_ name_ real_ compression_ grid_ dim_", RUN: "is_behind_"},
     "VtuSeries": {GIVEN: "folder_ name_ real_ grid_"},
