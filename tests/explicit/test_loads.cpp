@@ -173,6 +173,12 @@ material = { type = "neo_hookean", density = 1000, youngs_modulus = 1e5, poisson
   Simulation above(read(text + "[[load]]\nbody = \"block\"\nkind = \"pressure\"\npressure = 10\nside = \"top\"\n"));
   above.step();
   EXPECT_NEAR(above.solver().boundaries()[1].force[1], -10 * pi * 0.25, 1e-2);
+  // Rings that have been widened have a larger end.
+  std::vector<Real> F;
+  for (Index q = 0; q < above.solver().particle_count(0); ++q) F.insert(F.end(), {1, 0, 0, 0, 1, 0, 0, 0, 1.2});
+  above.solver().set_field(0, "deformation_gradient", F);
+  above.step();
+  EXPECT_NEAR(above.solver().boundaries()[1].force[1], -1.2 * 10 * pi * 0.25, 0.1);
   Simulation around(read(text + "[[load]]\nbody = \"block\"\nkind = \"traction\"\ntraction = [10, 0]\nside = \"right\"\n"));
   around.step();
   EXPECT_NEAR(around.solver().boundaries()[1].force[0], 10 * 2 * pi * 0.5 * 0.4, 1e-9);
