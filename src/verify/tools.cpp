@@ -105,6 +105,8 @@ Measured tops() {
   heavy.angular_velocity = {spin * axis[0], 0, spin * axis[2]};
   RigidMotion leaning(heavy, 3);
   const Vec3 start = leaning.angular_momentum();
+  const Real height = std::hypot(0.05, 0.1), lean = std::sqrt(dot(leaning.center(), leaning.center()));
+  const Real round = 0.5 * leaning.mass() * 0.01, across = leaning.mass() * ((3 * 0.01 + height * height) / 12 + lean * lean);
   constexpr Real g = 9.81;
   const Real energy = leaning.kinetic_energy() + leaning.mass() * g * leaning.center()[2];
   Real worst_z = 0, worst_heavy = 0, turned = 0, last = 0;
@@ -112,19 +114,21 @@ Measured tops() {
   int steps = 0;
   for (; steps * fine * spin < 100 * 2 * pi; ++steps) {
     leaning.advance(steps * fine, fine, {}, {}, {0, 0, -g});
-    worst_z = std::max(worst_z, std::abs(leaning.angular_momentum()[2] - start[2]));
+    // Of its turn and its rate, too.
+    const Vec3 a = leaning.turned(axis), w = leaning.angular_velocity();
+    const Real along = dot(w, a);
+    worst_z = std::max(worst_z, std::abs(round * along * a[2] + across * (w[2] - along * a[2]) - start[2]));
     worst_heavy = std::max(worst_heavy, std::abs(leaning.kinetic_energy() + leaning.mass() * g * leaning.center()[2] - energy));
     const Real angle = std::atan2(leaning.center()[1], leaning.center()[0]);
     turned += std::remainder(angle - last, 2 * pi);
     last = angle;
   }
   // The slow precession of a fast top: m g l / (I3 w).
-  const Real l = std::sqrt(dot(leaning.center(), leaning.center())), I3 = 0.5 * leaning.mass() * 0.01;
   return {{"top_momentum", worst_L / size},
           {"top_energy", worst_E / E},
           {"heavy_top_momentum", worst_z / std::sqrt(dot(start, start))},
           {"heavy_top_energy", worst_heavy / energy},
-          {"heavy_top_precession", turned / (steps * fine) / (leaning.mass() * g * l / (I3 * spin))}};
+          {"heavy_top_precession", turned / (steps * fine) / (leaning.mass() * g * lean / (round * spin))}};
 }
 
 /// Water behind a gate that is hinged at its foot: the moment of its spring, over rho g H^3 / 6, as a mean of the last two thirds.
