@@ -23,7 +23,7 @@ __all__ = ["BodyState", "BoundaryState", "FieldArray", "GridState"]
 
 
 class BoundaryState(NamedTuple):
-    """What one boundary does to the bodies.
+    """What one boundary, tool or load does to the bodies.
 
     Attributes:
         force: On the bodies, in the last step, shape (dim,) [N].

@@ -11,8 +11,8 @@
 namespace matpoint {
 namespace {
 
-/// Of a staircase the share that counts as the surface it stands for: the faces' shadow on the mean normal of those around.
-constexpr Real k_smoothing = 2.5;  // spacings
+/// Radius of the mean normal of a staircase, in spacings: its steps are one spacing high, and a slope of 1 : 3 has one in three.
+constexpr Real k_smoothing = 2.5;
 
 /// Mean of the normals of the faces around each, weighted by their areas: what is smooth under a staircase. Faces that look one way keep
 /// their own.
@@ -108,9 +108,7 @@ ParticleLoad<Dim>::ParticleLoad(const Case& problem, std::size_t load, const See
   while (problem.bodies[body_].name != spec_.body) ++body_;
   const BodySpec& body = problem.bodies[body_];
   const Seeds seeds = fill_body(body, grid);
-  Vec3 spacing = grid.cell_size;
-  if (seeds.lattice) spacing = seeds.lattice->spacing;
-  const Real least = *std::min_element(spacing.begin(), spacing.begin() + Dim);
+  const Real least = std::pow(*std::min_element(seeds.volume.begin(), seeds.volume.end()), Real{1} / Dim);  // a spacing
   const auto is_in = [&](const Vec3& x) { return !spec_.region || spec_.region->reaches(x, node_tolerance(x, least)); };
   const auto add = [&](std::size_t seed, const Face& face) {
     if (ids_.empty() || ids_.back() != static_cast<Index>(seed)) {

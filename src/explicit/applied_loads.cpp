@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "core/interpolate.hpp"
-
 namespace matpoint {
 
 template <int Dim>
@@ -33,9 +31,7 @@ AppliedLoads<Dim>::AppliedLoads(const Case& problem, const SeedingGrid& grid, st
       }
       load.refer_to(F, F33);
     }
-    const LoadSpec& spec = problem.loads[k];
-    factors_.emplace_back(
-        [times = spec.times, factors = spec.factors](Real t) { return times.empty() ? Real{1} : interpolated(times, factors, t); });
+    factors_.emplace_back([problem, k](Real t) { return problem.load_factor(problem.loads[k], t); });
     bodies_.push_back(&body);
     places_.push_back(std::move(places));
     now_.push_back(std::move(carried));
@@ -78,8 +74,7 @@ void AppliedLoads<Dim>::book_impulse(Real dt, Ledger& ledger) {
 }
 
 template <int Dim>
-void AppliedLoads<Dim>::book_work(Real t, bool is_evaluated, Ledger& ledger) {
-  if (!is_evaluated) evaluate(t);
+void AppliedLoads<Dim>::book_work(Ledger& ledger) {
   for (std::size_t k = 0; k < loads_.size(); ++k) {
     Real work = 0;
     for (std::size_t p = 0; p < now_[k].points.size(); ++p) {

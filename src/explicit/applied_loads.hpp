@@ -20,9 +20,10 @@ class AppliedLoads {
   void add();
   /// Books the impulse of what the nodes have, which acts for dt [s].
   void book_impulse(Real dt, Ledger& ledger);
-  /// Evaluates, and books the work since start_work: the mean force in the way of each particle.
+  /// What the work of a step begins with.
   void start_work() { before_ = now_; }
-  void book_work(Real t, bool is_evaluated, Ledger& ledger);
+  /// Books the work from there to the last evaluation: the mean force in the way of each face.
+  void book_work(Ledger& ledger);
   /// Particles have been moved or taken away other than by steps.
   void forget() { is_current_ = false; }
   bool is_current() const { return is_current_; }

@@ -61,16 +61,8 @@ ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
       grids_(make_grids<Dim, R>(problem)),
       geometry_(grids_[0]->geometry()),
       boundary_conditions_(problem.boundaries, *grids_[0]) {
-  if (!problem.gravity_times.empty() || !problem.base_acceleration_times.empty()) {
-    // Of a case with nothing in it but gravity.
-    Case weight;
-    weight.gravity = problem.gravity;
-    weight.gravity_times = problem.gravity_times;
-    weight.gravity_factors = problem.gravity_factors;
-    weight.base_acceleration = problem.base_acceleration;
-    weight.base_acceleration_times = problem.base_acceleration_times;
-    gravity_at_ = [weight = std::move(weight)](Real t) { return weight.gravity_at(t); };
-  }
+  if (!problem.gravity_times.empty() || !problem.base_acceleration_times.empty())
+    gravity_at_ = [problem](Real t) { return problem.gravity_at(t); };
   for (const std::string& name : boundary_names(problem.boundaries)) boundaries_.push_back({name, {}, {}, 0});
   for (auto& grid : grids_) {
     grid->set_boundary_conditions(&boundary_conditions_);
@@ -100,7 +92,7 @@ ExplicitSolver<Dim, R>::ExplicitSolver(const Case& problem)
   for (const auto& body : bodies_) bodies.push_back(body.get());
   if (!problem.tools.empty()) {
     tools_ = std::make_unique<Tools<Dim>>(problem, bodies);
-    tools_->update(0, 0, ledger_);
+    renew_tools();
   }
   if (problem.solver.contact == ContactMethod::pairs) {
     pairs_ = std::make_unique<PairContact<Dim>>(problem, std::move(bodies));
@@ -158,7 +150,20 @@ void ExplicitSolver<Dim, R>::update_pairs(Real dt) {
   Stage stage(profile_, "contact");
   pairs_->update(dt);
   ledger_.contact_dissipation += pairs_->dissipated();
-  ledger_.contact_energy = pairs_->energy() + (tools_ ? tools_->energy() : 0);
+  take_contact_energy();
+}
+
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::take_contact_energy() {
+  ledger_.contact_energy = (pairs_ ? pairs_->energy() : 0) + (tools_ ? tools_->energy() : 0);
+}
+
+/// After particles were moved or taken away other than by steps.
+template <int Dim, class R>
+void ExplicitSolver<Dim, R>::renew_tools() {
+  if (!tools_) return;
+  tools_->update(0, 0, ledger_);
+  take_contact_energy();
 }
 
 template <int Dim, class R>
@@ -167,7 +172,7 @@ void ExplicitSolver<Dim, R>::move_tools(Real t, Real dt) {
   Stage stage(profile_, "tools");
   tools_->advance(t, dt, gravity_);
   tools_->update(dt, dt, ledger_);
-  ledger_.contact_energy = tools_->energy() + (pairs_ ? pairs_->energy() : 0);
+  take_contact_energy();
 }
 
 // To what the sweep has mapped, and not as a body force of the particles, which the fused sweeps would take to the nodes from one step
@@ -232,7 +237,7 @@ void ExplicitSolver<Dim, R>::set_field(std::size_t body, const std::string& name
   bodies_[body]->set_field(name, values);
   is_mapped_ = false;  // the grid holds what the particles were
   if (loads_) loads_->forget();
-  if (tools_) tools_->update(0, 0, ledger_);
+  renew_tools();
   if (!pairs_) return;
   pairs_->forget_places();
   update_pairs(0);
@@ -344,7 +349,8 @@ void ExplicitSolver<Dim, R>::step(Real t, Real dt) {
   book_particle_forces(particle_forces, dt);
   if (loads_) {
     Stage stage(profile_, "loads");
-    loads_->book_work(t + dt, stress_order_ != StressOrder::usf, ledger_);
+    if (stress_order_ == StressOrder::usf) loads_->evaluate(t + dt);  // the others have done so for the next step
+    loads_->book_work(ledger_);
   }
   {
     Stage stage(profile_, "check");
@@ -539,7 +545,9 @@ void ExplicitSolver<Dim, R>::remove_escaped() {
   if (loads_) loads_->forget();
   if (tools_) {
     is_mapped_ = false;
-    tools_->update(0, 0, ledger_);
+    const Real before = ledger_.contact_energy;
+    renew_tools();
+    ledger_.removed_energy += before - ledger_.contact_energy;
   }
   update_particle_forces(time_);
   if (!pairs_) return;

@@ -57,6 +57,8 @@ class ExplicitSolver final : public Solver {
   void update_pairs(Real dt);
   /// Moves the tools from time t, and evaluates and books what they do.
   void move_tools(Real t, Real dt);
+  void renew_tools();
+  void take_contact_energy();
   /// Adds both to what is mapped.
   void add_contact_forces();
   void update_gravity(Real t);

@@ -60,7 +60,8 @@ class Solver {
   virtual void declare_state(State& state) = 0;
 
   virtual BodyTotals totals(std::size_t body) const = 0;
-  /// What each boundary that holds something does, in the order of the case; empty where the solver does not tell them apart.
+  /// What each boundary that holds something does, in the order of the case, then pairs of bodies, tools and loads; empty where the solver
+  /// does not tell them apart.
   virtual std::vector<BoundaryTotals> boundaries() const { return {}; }
   virtual const Ledger& ledger() const = 0;
   virtual const Profile& profile() const = 0;
