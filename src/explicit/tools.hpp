@@ -6,9 +6,10 @@
 //     Phi = sum_p 1/2 k_p o_p^2,     k_p = s K V_p / h^2,     K = rho c^2 of the material, s the tool's `stiffness`,
 //
 // so that a pressure p makes an overlap of p h / (s K). With s = 1 a column that is pressed between a tool and a side is as stiff as one of
-// its length, to 0.2 % (0.96 with 1/2, 1.02 with 2): what the surface gives is what the particles' half spacings would. They rub with
-// Coulomb's law. Forces are equal and opposite, their moments, too: what bodies and tools have of momentum together stays to rounding.
-// Particles feel a tool where its surface is, and not where the grid's nodes are.
+// its length, to 0.2 % (0.96 with 1/2, 1.02 with 2): what the surface gives is what the particles' half spacings would. A dashpot
+// beside each spring, which only pushes, too, calms what rests. They rub with Coulomb's law. Forces are equal and opposite, their moments,
+// too: what bodies and tools have of momentum together stays to rounding. Particles feel a tool where its surface is, and not where the
+// grid's nodes are.
 #pragma once
 
 #include <functional>
@@ -73,6 +74,19 @@ class Tools {
       Vec<Dim> x{};  ///< [m]
     };
     std::vector<Place> places, last_places;
+    /// How deep a particle lies in a tool.
+    struct Touch {
+      Index id = -1;
+      Real overlap = 0;  ///< [m]
+      void declare_state(State& state) {
+        state.add("id", id);
+        state.add("overlap", overlap);
+      }
+    };
+    /// By tool, ascending ids: now, and at the update before.
+    std::vector<std::vector<Touch>> touches, last_touches;
+    /// Of a particle that touched a tool then, too; otherwise `overlap`.
+    Real last_overlap(std::size_t tool, Index id, Real overlap) const;
     Real reach(std::size_t tool, Index id) const;
   };
   Extent<Dim> box_of(const Tool& tool, Real margin) const;

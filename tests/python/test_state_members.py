@@ -177,7 +177,12 @@ UNDECLARED = {
         "slots_ cell_nodes_ unknowns_ unknown_count_ pattern_",
         REPORTS: "penetrated_count_",
     },
-    "Tools": {GIVEN: "grid_ half_min_ k_over_m_", LOADED: "touched_ energy_", ANEW: "number_"},
+    "Tools": {GIVEN: "grid_ half_min_ k_over_m_", LOADED: "energy_", ANEW: "number_"},
+    "Tools::Touched": {
+        GIVEN: "modulus mass volume half laid",
+        LOADED: "forces places touches",
+        ANEW: "last_forces last_places",
+    },
     "Tools::Tool": {GIVEN: "shape friction stiffness", REPORTS: "overlap", LOADED: "k_sum force torque", ANEW: "way turn"},
     "VtkHdfSeries": {GIVEN: "folder_ name_ real_ compression_ grid_ dim_", RUN: "is_behind_"},
     "VtuSeries": {GIVEN: "folder_ name_ real_ grid_"},
