@@ -13,6 +13,7 @@
 #include "core/parallel.hpp"
 #include "core/version.hpp"
 #include "material/point_test.hpp"
+#include "run/make_solver.hpp"
 #include "verify/verify.hpp"
 
 namespace matpoint {
@@ -213,6 +214,8 @@ int dispatch(const CLI::App& app, Arguments& arguments) {
 }
 
 int run_program(int argc, char** argv) {
+  // Before anything is said: errors, too, come from the first rank alone.
+  if (argc > 1 && std::string(argv[1]) == "run" && has_worked_for_first_rank()) return k_exit_done;
   Arguments arguments;
   CLI::App app("matpoint: the explicit material point method, 2D (plane strain) and 3D", "matpoint");
   app.set_version_flag("--version", fmt::format("matpoint {} ({})", version(), commit()));

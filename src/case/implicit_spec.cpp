@@ -36,13 +36,16 @@ void check_implicit(ImplicitSpec& solver, const Input& input, const ReadContext&
                fmt::format("friction makes the matrix unsymmetric, and linear_solver = \"{}\" is for symmetric ones; use \"auto\"",
                            solver.linear_solver));
   }
-  const std::vector<std::string>& missing = missing_linear_solver_names();
-  if (std::find(missing.begin(), missing.end(), solver.linear_solver) != missing.end()) {
+  if (const std::string missing = missing_package(solver.linear_solver); !missing.empty()) {
     fail_input(at_key(input, "linear_solver"), context,
-               fmt::format("linear_solver = \"{}\" is not in this program, which was built without SuiteSparse; it has {}",
-                           solver.linear_solver, list_names(linear_solver_names())));
+               fmt::format("linear_solver = \"{}\" is not in this program, which was built without {}{}; it has {}", solver.linear_solver,
+                           missing, missing == "PETSc" ? " (-DMATPOINT_MPI=ON builds it in)" : "", list_names(linear_solver_names())));
   }
   check_words({solver.linear_solver}, "linear_solver", linear_solver_names(), input, context);
+  if (is_given(input, "petsc") && !is_of_petsc(solver.linear_solver)) {
+    fail_input(at_key(input, "petsc"), context,
+               fmt::format("petsc holds options for linear_solver = \"gamg\" or \"mumps\", and it is \"{}\"", solver.linear_solver));
+  }
 }
 
 void ImplicitSpec::declare(ParameterTable<ImplicitSpec>& table) {
@@ -112,9 +115,11 @@ void ImplicitSpec::declare(ParameterTable<ImplicitSpec>& table) {
       "When an increment is halved: inversion: where it would turn a particle inside out; residual: also where it would not reduce the "
       "residual, which is slow where bodies are slender.");
   table.optional("linear_solver", "1", &ImplicitSpec::linear_solver, any_number(),
-                 "auto, umfpack, cholmod (with SuiteSparse), ldlt, sparse_lu, cg, bicgstab or gmres.");
+                 "auto, umfpack, cholmod (with SuiteSparse), ldlt, sparse_lu, cg, bicgstab or gmres; gamg, mumps (with PETSc).");
   table.optional("linear_tolerance", "1", &ImplicitSpec::linear_tolerance, between(0, 1),
                  "Relative residual of the iterative linear solvers.");
+  table.optional("petsc", "1", &ImplicitSpec::petsc, any_number(),
+                 "Options for PETSc, as on its command lines (\"-ksp_monitor\"), of linear_solver = \"gamg\" or \"mumps\".");
 }
 
 }  // namespace matpoint

@@ -34,6 +34,7 @@ struct ImplicitSpec {
   StepHalving halving = StepHalving::inversion;
   std::string linear_solver = "auto";
   Real linear_tolerance = 1e-10;
+  std::string petsc;  ///< Options of its methods.
   static void declare(ParameterTable<ImplicitSpec>& table);
 };
 

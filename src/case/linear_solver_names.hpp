@@ -8,7 +8,9 @@ namespace matpoint {
 
 /// Names of the methods in this build, "auto" first.
 const std::vector<std::string>& linear_solver_names();
-/// Names that another build has.
-const std::vector<std::string>& missing_linear_solver_names();
+/// What a build must have for a method that this one has not, e.g. "SuiteSparse"; empty for other names.
+std::string missing_package(const std::string& linear_solver);
+/// Whether a method is one of PETSc's, which read its options.
+bool is_of_petsc(const std::string& linear_solver);
 
 }  // namespace matpoint

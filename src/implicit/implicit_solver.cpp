@@ -291,6 +291,7 @@ template <int Dim>
 void ImplicitSolver<Dim>::step(Real t, Real dt) {
   const auto start = std::chrono::steady_clock::now();
   iterations_ = 0;
+  linear_iterations_ = 0;
   cuts_ = 0;
   if (!has_acceleration_ && spec_.mode == ImplicitMode::dynamic) {
     if (spec_.initial_acceleration == InitialAcceleration::consistent) set_initial_acceleration(t, dt);
@@ -374,6 +375,7 @@ std::optional<std::string> ImplicitSolver<Dim>::solve(Real t, const StepLoad<Dim
       std::all_of(sources_.begin(), sources_.end(), [](const auto& source) { return source.points->material().is_symmetric(); });
   const auto failure = newton_.solve(load, std::move(prescribed), is_symmetric ? Symmetry::symmetric : Symmetry::general, u);
   iterations_ += newton_.report().iterations;
+  linear_iterations_ += newton_.report().linear_iterations;
   return failure;
 }
 

@@ -201,7 +201,8 @@ class ImplicitSolver final : public Solver {
   Real work_at_start_ = 0;                ///< Half the work of all reactions at the start of the step, in its displacements [J].
   NodalWork<Dim> traction_work_;
   NodalWork<Dim> soft_work_;
-  int iterations_ = 0;  ///< Of the last step, all parts of it together.
+  int iterations_ = 0;         ///< Of the last step, all parts of it together.
+  int linear_iterations_ = 0;  ///< The same, of iterative methods for the linear systems.
   int cuts_ = 0;
   double step_seconds_ = 0;
   std::vector<Escape> escapes_;

@@ -523,6 +523,7 @@ Occupancy ImplicitSolver<Dim>::occupancy() const {
 template <int Dim>
 std::vector<StepNumber> ImplicitSolver<Dim>::step_numbers() const {
   return {{"newton_iterations", "1", static_cast<Real>(iterations_)},
+          {"linear_iterations", "1", static_cast<Real>(linear_iterations_)},
           {"step_cuts", "1", static_cast<Real>(cuts_)},
           {"residual", "N", newton_.report().residuals.empty() ? 0 : newton_.report().residuals.back()},
           {"pivot_ratio", "1", newton_.report().pivot_ratio},

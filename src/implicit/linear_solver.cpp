@@ -12,6 +12,9 @@
 #endif
 
 #include "core/error.hpp"
+#ifdef MATPOINT_HAS_PETSC
+#include "implicit/petsc_solver.hpp"
+#endif
 
 namespace matpoint {
 namespace {
@@ -19,12 +22,6 @@ namespace {
 /// The same bits for any number of threads: a threaded BLAS adds in another order.
 void use_one_blas_thread() {
   if (void* const set = dlsym(RTLD_DEFAULT, "openblas_set_num_threads")) reinterpret_cast<void (*)(int)>(set)(1);
-}
-
-/// Whether x solves K x = b, to far less than a factorisation reaches: a nearly singular matrix is found by what it yields.
-bool is_solved(const SparseMatrix& K, const Vector& b, const Vector& x) {
-  constexpr Real k_residual_max = 1e-6;
-  return x.allFinite() && (K * x - b).norm() <= k_residual_max * b.norm();
 }
 
 #ifdef MATPOINT_HAS_SUITESPARSE
@@ -90,6 +87,7 @@ class Iterative final : public LinearSolver {
     x = method_.solve(b);
     return method_.info() == Eigen::Success && x.allFinite();
   }
+  int iterations() const override { return static_cast<int>(method_.iterations()); }
 
  private:
   std::string name_;
@@ -175,8 +173,17 @@ class Automatic final : public LinearSolver {
 
 }  // namespace
 
-std::unique_ptr<LinearSolver> make_linear_solver(const std::string& name, Real tolerance) {
+bool is_solved(const SparseMatrix& K, const Vector& b, const Vector& x) {
+  constexpr Real k_residual_max = 1e-6;
+  return x.allFinite() && (K * x - b).norm() <= k_residual_max * b.norm();
+}
+
+std::unique_ptr<LinearSolver> make_linear_solver(const std::string& name, Real tolerance,
+                                                 [[maybe_unused]] const std::string& petsc_options) {
   use_one_blas_thread();
+#ifdef MATPOINT_HAS_PETSC
+  if (name == "gamg" || name == "mumps") return make_petsc_solver(name, tolerance, petsc_options);
+#endif
 #ifdef MATPOINT_HAS_SUITESPARSE
   if (name == "umfpack") return make_lu();
   if (name == "cholmod") return std::make_unique<Supernodal>(name);
@@ -191,6 +198,22 @@ std::unique_ptr<LinearSolver> make_linear_solver(const std::string& name, Real t
   if (name == "gmres") return std::make_unique<Iterative<Eigen::GMRES<SparseMatrix, Ilut>>>(name, tolerance);
   if (name != "auto") throw InputError("linear solver \"{}\" is unknown, allowed: {}", name, list_names(linear_solver_names()));
   return std::make_unique<Automatic>();
+}
+
+int linear_solver_ranks() {
+#ifdef MATPOINT_HAS_PETSC
+  return petsc_rank_count();
+#else
+  return 1;
+#endif
+}
+
+bool works_for_first_rank() {
+#ifdef MATPOINT_HAS_PETSC
+  return join_petsc_ranks();
+#else
+  return false;
+#endif
 }
 
 }  // namespace matpoint

@@ -29,7 +29,7 @@ Newton<Dim>::Newton(const ImplicitSpec& spec, const StepSpace<Dim>& space, Assem
       space_(space),
       assembly_(assembly),
       profile_(profile),
-      linear_solver_(make_linear_solver(spec.linear_solver, spec.linear_tolerance)) {}
+      linear_solver_(make_linear_solver(spec.linear_solver, spec.linear_tolerance, spec.petsc)) {}
 
 template <int Dim>
 Real Newton<Dim>::unknown_norm(const std::vector<Real>& nodal) const {
@@ -38,6 +38,18 @@ Real Newton<Dim>::unknown_norm(const std::vector<Real>& nodal) const {
     if (space_.unknown(static_cast<Index>(k / Dim), static_cast<int>(k % Dim)) >= 0) sum += nodal[k] * nodal[k];
   }
   return std::sqrt(sum);
+}
+
+template <int Dim>
+UnknownPlaces Newton<Dim>::places() const {
+  UnknownPlaces places;
+  places.dim = Dim;
+  for (std::size_t n = 0; n < space_.nodes().size(); ++n) {
+    const Vec<Dim> x = space_.place(n);
+    places.positions.insert(places.positions.end(), x.begin(), x.end());
+    for (int d = 0; d < Dim; ++d) places.unknowns.push_back(space_.unknown(static_cast<Index>(n), d));
+  }
+  return places;
 }
 
 template <int Dim>
@@ -51,10 +63,14 @@ bool Newton<Dim>::solve_linear(const std::vector<Real>& right, Symmetry symmetry
     const int unknown = space_.unknown(static_cast<Index>(k / Dim), static_cast<int>(k % Dim));
     if (unknown >= 0) b[unknown] = right[k];
   }
-  if (analyzed_ != assembly_.pattern()) linear_solver_->analyze(assembly_.matrix());
+  if (analyzed_ != assembly_.pattern()) {
+    if (linear_solver_->needs_places()) linear_solver_->place(places());
+    linear_solver_->analyze(assembly_.matrix());
+  }
   analyzed_ = assembly_.pattern();
   if (!linear_solver_->factorize(assembly_.matrix(), symmetry) || !linear_solver_->solve(b, x)) return false;
   report_.pivot_ratio = linear_solver_->pivot_ratio();
+  report_.linear_iterations += linear_solver_->iterations();
   for (std::size_t k = 0; k < right.size(); ++k) {
     const int unknown = space_.unknown(static_cast<Index>(k / Dim), static_cast<int>(k % Dim));
     if (unknown >= 0) result[k] = x[unknown];
@@ -83,6 +99,7 @@ std::optional<std::string> Newton<Dim>::solve(const StepLoad<Dim>& load, std::ve
   const std::optional<std::string> second = search_from(std::move(again), symmetry, u);
   report_.iterations += first.iterations;
   report_.halvings += first.halvings;
+  report_.linear_iterations += first.linear_iterations;
   return second ? failure : std::nullopt;
 }
 

@@ -14,8 +14,9 @@ struct NewtonReport {
   std::vector<Real> residuals;   ///< Norms over the unknowns before each iteration [N], and after the last one.
   std::vector<Real> increments;  ///< Of each iteration, relative to the displacement of the step [1].
   int iterations = 0;
-  int halvings = 0;      ///< How often an increment was halved.
-  Real pivot_ratio = 0;  ///< Of the last matrix (LinearSolver).
+  int halvings = 0;           ///< How often an increment was halved.
+  int linear_iterations = 0;  ///< Of iterative methods for the linear systems, of all of them.
+  Real pivot_ratio = 0;       ///< Of the last matrix (LinearSolver).
 };
 
 template <int Dim>
@@ -59,6 +60,8 @@ class Newton {
   bool has_converged(const Search& search, Real share);
   bool make_increment(Search& search, Symmetry symmetry);
   Outcome take_increment(Search& search, std::string& failure);
+
+  UnknownPlaces places() const;
 
   const ImplicitSpec& spec_;
   const StepSpace<Dim>& space_;
