@@ -140,33 +140,71 @@ std::unique_ptr<LinearSolver> make_cholesky(bool is_large) {
   return std::make_unique<DefiniteLdlt>();
 }
 
+/// Multigrid for a system of so many rows, where it is faster than a factorisation or the ranks are there to share it
+/// (docs/large_problems.md has the measurements); null elsewhere, and in a build without PETSc.
+std::unique_ptr<LinearSolver> make_multigrid([[maybe_unused]] int dim, [[maybe_unused]] Eigen::Index rows,
+                                             [[maybe_unused]] Real tolerance) {
+#ifdef MATPOINT_HAS_PETSC
+  constexpr Eigen::Index k_large = 20'000;
+  // What has not converged by then is not for it.
+  if (petsc_rank_count() > 1 || (dim == 3 && rows >= k_large)) return make_petsc_solver("gamg", tolerance, "-ksp_max_it 300");
+#endif
+  return nullptr;
+}
+
 class Automatic final : public LinearSolver {
  public:
+  explicit Automatic(Real tolerance) : tolerance_(tolerance) {}
   std::string name() const override { return used_ == nullptr ? "auto" : used_->name(); }
-  void analyze(const SparseMatrix&) override { is_cholesky_ready_ = is_lu_ready_ = false; }
-  bool factorize(const SparseMatrix& K, Symmetry symmetry) override {
-    if (symmetry == Symmetry::symmetric) {
-      if (!is_cholesky_ready_) {
-        cholesky_ = make_cholesky(K.rows() >= k_large);
-        cholesky_->analyze(K);
-      }
-      used_ = cholesky_.get();
-      is_cholesky_ready_ = true;
-      if (cholesky_->factorize(K, symmetry)) return true;
-    }
-    used_ = lu_.get();
-    if (!is_lu_ready_) lu_->analyze(K);
-    is_lu_ready_ = true;
-    return lu_->factorize(K, symmetry);
+  bool needs_places() const override { return true; }
+  void place(UnknownPlaces places) override { places_ = std::move(places); }
+  void analyze(const SparseMatrix& K) override {
+    is_cholesky_ready_ = is_lu_ready_ = false;
+    used_ = nullptr;
+    multigrid_ = make_multigrid(places_.dim, K.rows(), tolerance_);
+    if (multigrid_ == nullptr) return;
+    multigrid_->place(std::move(places_));
+    multigrid_->analyze(K);
   }
-  bool solve(const Vector& b, Vector& x) override { return used_->solve(b, x); }
+  bool factorize(const SparseMatrix& K, Symmetry symmetry) override {
+    K_ = &K;
+    symmetry_ = symmetry;
+    used_ = multigrid_.get();
+    return (used_ != nullptr && used_->factorize(K, symmetry)) || factorize_directly();
+  }
+  bool solve(const Vector& b, Vector& x) override {
+    if (used_->solve(b, x)) return true;
+    return used_ == multigrid_.get() && factorize_directly() && used_->solve(b, x);
+  }
   Real pivot_ratio() override { return used_ == nullptr ? 0 : used_->pivot_ratio(); }
+  int iterations() const override { return used_ == nullptr ? 0 : used_->iterations(); }
 
  private:
   static constexpr Eigen::Index k_large = 1000;  ///< Unknowns.
+  bool factorize_directly() {
+    if (symmetry_ == Symmetry::symmetric) {
+      if (!is_cholesky_ready_) {
+        cholesky_ = make_cholesky(K_->rows() >= k_large);
+        cholesky_->analyze(*K_);
+      }
+      used_ = cholesky_.get();
+      is_cholesky_ready_ = true;
+      if (cholesky_->factorize(*K_, symmetry_)) return true;
+    }
+    used_ = lu_.get();
+    if (!is_lu_ready_) lu_->analyze(*K_);
+    is_lu_ready_ = true;
+    return lu_->factorize(*K_, symmetry_);
+  }
+
+  Real tolerance_;
+  UnknownPlaces places_;
+  std::unique_ptr<LinearSolver> multigrid_;  ///< Null where it is not worth its while.
   std::unique_ptr<LinearSolver> cholesky_;
   std::unique_ptr<LinearSolver> lu_ = make_lu();
   LinearSolver* used_ = nullptr;
+  const SparseMatrix* K_ = nullptr;
+  Symmetry symmetry_ = Symmetry::general;
   bool is_cholesky_ready_ = false;
   bool is_lu_ready_ = false;
 };
@@ -197,7 +235,7 @@ std::unique_ptr<LinearSolver> make_linear_solver(const std::string& name, Real t
   if (name == "bicgstab") return std::make_unique<Iterative<Eigen::BiCGSTAB<SparseMatrix, Ilut>>>(name, tolerance);
   if (name == "gmres") return std::make_unique<Iterative<Eigen::GMRES<SparseMatrix, Ilut>>>(name, tolerance);
   if (name != "auto") throw InputError("linear solver \"{}\" is unknown, allowed: {}", name, list_names(linear_solver_names()));
-  return std::make_unique<Automatic>();
+  return std::make_unique<Automatic>(tolerance);
 }
 
 int linear_solver_ranks() {

@@ -1,6 +1,7 @@
 #include "implicit/petsc_solver.hpp"
 
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
@@ -128,6 +129,7 @@ void work_for_first_rank() {
         receive(0, rows.positions);
       } else if (task == Task::factorize) {
         receive(0, rows.values);
+        receive(0, rows.scales);
         system->set_up(rows, detail != 0);
       } else if (task == Task::release) {
         system.reset();
@@ -246,14 +248,23 @@ void PetscSolver::analyze(const SparseMatrix& K) {
   own_ = rows_of(0, first_row(1));
 }
 
+/// Each unknown is scaled so that its diagonal entry is 1: functions in thin cuts, which hold as little as 1e-10 of what others do, are
+/// then nothing special to a smoother (as in de Prenter, Verhoosel, van Zwieten & van Brummelen 2017).
 void PetscSolver::set_values(const SparseMatrix& K, Symmetry symmetry) {
-  // The diagonal of prescribed components: about as large as the others.
-  const Real mean = K.diagonal().cwiseAbs().sum() / static_cast<Real>(std::max<Eigen::Index>(1, K.rows()));
-  std::fill(whole_.values.begin(), whole_.values.end(), mean);
+  const Vector diagonal = K.diagonal();
+  std::vector<Real>& scales = whole_.scales;
+  scales.assign(static_cast<std::size_t>(whole_.all), 1);
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    const Real entry = std::abs(diagonal[static_cast<Eigen::Index>(k)]);
+    if (entry > 0) scales[static_cast<std::size_t>(rows_[k])] = 1 / std::sqrt(entry);
+  }
+  std::fill(whole_.values.begin(), whole_.values.end(), 1);  // of prescribed components
   const auto take = [&](const auto& by_rows) {
     for (std::size_t k = 0; k < rows_.size(); ++k) {
-      std::copy(by_rows.valuePtr() + by_rows.outerIndexPtr()[k], by_rows.valuePtr() + by_rows.outerIndexPtr()[k + 1],
-                whole_.values.begin() + whole_.begin[static_cast<std::size_t>(rows_[k])]);
+      const auto row = static_cast<std::size_t>(rows_[k]);
+      auto at = static_cast<std::size_t>(whole_.begin[row]);
+      for (int e = by_rows.outerIndexPtr()[k]; e < by_rows.outerIndexPtr()[k + 1]; ++e, ++at)
+        whole_.values[at] = by_rows.valuePtr()[e] * scales[row] * scales[static_cast<std::size_t>(whole_.columns[at])];
     }
   };
   if (symmetry == Symmetry::symmetric)
@@ -275,7 +286,10 @@ bool PetscSolver::factorize(const SparseMatrix& K, Symmetry symmetry) {
 }
 
 bool PetscSolver::solve(const Vector& b, Vector& x) {
-  for (std::size_t k = 0; k < rows_.size(); ++k) right_[static_cast<std::size_t>(rows_[k])] = b[static_cast<Eigen::Index>(k)];
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    const auto row = static_cast<std::size_t>(rows_[k]);
+    right_[row] = b[static_cast<Eigen::Index>(k)] * whole_.scales[row];
+  }
   ranks_.tell(Task::solve);
   for_each_other([&](int rank, std::size_t first, std::size_t last) { send(rank, right_.data() + first, last - first); });
   own_right_.assign(right_.begin(), right_.begin() + own().count());
@@ -287,7 +301,10 @@ bool PetscSolver::solve(const Vector& b, Vector& x) {
   });
   if (!has_checked_options_) system_->refuse_unused_options();
   has_checked_options_ = true;
-  for (std::size_t k = 0; k < rows_.size(); ++k) x[static_cast<Eigen::Index>(k)] = result_[static_cast<std::size_t>(rows_[k])];
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    const auto row = static_cast<std::size_t>(rows_[k]);
+    x[static_cast<Eigen::Index>(k)] = result_[row] * whole_.scales[row];
+  }
   return has_converged && is_solved(*K_, b, x);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <mutex>
 #include <sstream>
 
 #include "core/error.hpp"
@@ -26,6 +27,7 @@ class Library {
   Library() {
     // Signals are the program's own: they end a run with all that it has computed.
     PetscOptionsSetValue(nullptr, "-no_signal_handler", "true");
+    PETSC_MPI_THREAD_REQUIRED = MPI_THREAD_SERIALIZED;
     if (PetscInitializeNoArguments() != 0) throw SolverError("PETSc, or MPI under it, could not be started");
     PetscPushErrorHandler(note_complaint, nullptr);
   }
@@ -38,21 +40,32 @@ class Library {
   Library& operator=(const Library&) = delete;
 };
 
-/// While it lives, PETSc reads its options from these.
+/// PETSc is for one thread at a time, and simulations may run side by side.
+std::recursive_mutex& petsc_mutex() {
+  static std::recursive_mutex one;
+  return one;
+}
+
+/// While it lives, PETSc is this thread's, and reads its options from these.
 class OptionsInUse {
  public:
-  explicit OptionsInUse(PetscOptions options) { require_petsc(PetscOptionsPush(options)); }
+  explicit OptionsInUse(PetscOptions options) : lock_(petsc_mutex()) { require_petsc(PetscOptionsPush(options)); }
   ~OptionsInUse() { PetscOptionsPop(); }
   OptionsInUse(const OptionsInUse&) = delete;
   OptionsInUse& operator=(const OptionsInUse&) = delete;
+
+ private:
+  std::lock_guard<std::recursive_mutex> lock_;
 };
 
-/// Smoothed aggregation from the rigid motions, with a smoother that stays positive on the nearly empty cells at a body's surface
-/// (docs/large_problems.md says what others do there).
+/// Smoothed aggregation from the rigid motions. Its smoother makes the difference on the nearly empty cells at a body's surface
+/// (docs/large_problems.md has the counts): incomplete Cholesky needs the fewest iterations by far where it exists without a shift, and
+/// relaxation needs the same everywhere. The last one is for relaxation's own weakness, coarse nodes without a stiffness.
 constexpr const char* k_gamg =
-    "-pc_type gamg -pc_gamg_type agg -pc_gamg_agg_nsmooths 1 -mg_levels_ksp_type chebyshev -mg_levels_ksp_max_it 2 "
-    "-mg_levels_pc_type bjacobi -mg_levels_sub_pc_type icc -mg_levels_sub_pc_factor_shift_type positive_definite "
-    "-ksp_max_it 2000 -ksp_gmres_restart 60";
+    "-pc_type gamg -pc_gamg_type agg -pc_gamg_agg_nsmooths 1 -mg_levels_ksp_type chebyshev -mg_levels_ksp_max_it 2 -ksp_gmres_restart 60 "
+    "-mg_levels_sub_pc_type icc -mg_levels_sub_pc_factor_shift_type positive_definite -mg_levels_sub_pc_factor_mat_ordering_type rcm";
+const char* const k_incomplete = "-mg_levels_pc_type bjacobi";
+const char* const k_relaxation = "-mg_levels_pc_type sor";
 constexpr const char* k_mumps = "-pc_factor_mat_solver_type mumps";
 
 std::vector<std::string> option_names(const std::string& options) {
@@ -66,7 +79,10 @@ std::vector<std::string> option_names(const std::string& options) {
 
 }  // namespace
 
-void start_petsc() { static const Library one; }
+void start_petsc() {
+  const std::lock_guard lock(petsc_mutex());
+  static const Library one;
+}
 
 void require_petsc(PetscErrorCode code) {
   if (code == 0) return;
@@ -78,10 +94,23 @@ void require_petsc(PetscErrorCode code) {
 
 PetscSystem::PetscSystem(MPI_Comm comm, PetscMethod method, Real tolerance, const std::string& options)
     : comm_(comm), method_(method), tolerance_(tolerance), asked_(option_names(options)) {
+  const std::lock_guard lock(petsc_mutex());
   require_petsc(PetscOptionsCreate(options_.renew()));
   require_petsc(PetscOptionsInsertString(options_.get(), method == PetscMethod::gamg ? k_gamg : k_mumps));
   if (PetscOptionsInsertString(options_.get(), options.c_str()) != 0)
     throw InputError("solver.petsc: \"{}\" are no options of PETSc: {}", options, first_complaint());
+  const auto is_asked = [&](const char* name) { return std::find(asked_.begin(), asked_.end(), name) != asked_.end(); };
+  if (method == PetscMethod::mumps || is_asked("pc_type") || is_asked("mg_levels_pc_type"))
+    smoothers_ = {{"", 10'000}};
+  else
+    smoothers_ = {{k_incomplete, 50}, {k_relaxation, 500}, {k_incomplete, 2000}};
+}
+
+PetscSystem::~PetscSystem() {
+  const std::lock_guard lock(petsc_mutex());
+  krylov_.renew();
+  matrix_.renew();
+  options_.renew();
 }
 
 bool PetscSystem::set_up(const SystemRows& rows, bool is_symmetric) {
@@ -102,22 +131,43 @@ bool PetscSystem::set_up(const SystemRows& rows, bool is_symmetric) {
                                             rows.values.data(), matrix_.renew()));
   require_petsc(MatSetBlockSize(matrix_.get(), rows.block));
   if (is_symmetric) require_petsc(MatSetOption(matrix_.get(), MAT_SYMMETRIC, PETSC_TRUE));
-  if (method_ == PetscMethod::gamg && !rows.positions.empty()) {
-    Owned<::Vec, VecDestroy> positions;
-    require_petsc(VecCreateMPIWithArray(comm_, rows.block, static_cast<PetscInt>(rows.positions.size()), PETSC_DECIDE,
-                                        rows.positions.data(), positions.renew()));
-    Owned<MatNullSpace, MatNullSpaceDestroy> motions;
-    require_petsc(MatNullSpaceCreateRigidBody(positions.get(), motions.renew()));
-    require_petsc(MatSetNearNullSpace(matrix_.get(), motions.get()));
-  }
-  return set_up_krylov(method_ == PetscMethod::mumps ? KSPPREONLY : is_symmetric ? KSPCG : KSPFGMRES);
+  if (method_ == PetscMethod::gamg && !rows.positions.empty()) set_rigid_motions(rows);
+  return set_up_krylov(method_ == PetscMethod::mumps ? KSPPREONLY : is_symmetric ? KSPCG : KSPFGMRES, smoothers_.front());
 }
 
-bool PetscSystem::set_up_krylov(KSPType type) {
+/// What multigrid must keep on its coarse grids: the motions without forces, in the scaled unknowns.
+void PetscSystem::set_rigid_motions(const SystemRows& rows) {
+  Owned<::Vec, VecDestroy> positions, scales;
+  require_petsc(VecCreateMPIWithArray(comm_, rows.block, rows.count(), rows.all, rows.positions.data(), positions.renew()));
+  require_petsc(VecCreateMPIWithArray(comm_, rows.block, rows.count(), rows.all, rows.scales.data(), scales.renew()));
+  Owned<MatNullSpace, MatNullSpaceDestroy> motions;
+  require_petsc(MatNullSpaceCreateRigidBody(positions.get(), motions.renew()));
+  PetscInt count = 0;
+  const ::Vec* of_unscaled = nullptr;
+  require_petsc(MatNullSpaceGetVecs(motions.get(), nullptr, &count, &of_unscaled));
+  std::vector<Owned<::Vec, VecDestroy>> scaled(static_cast<std::size_t>(count));
+  std::vector<::Vec> handles;
+  for (std::size_t k = 0; k < scaled.size(); ++k) {
+    require_petsc(VecDuplicate(of_unscaled[k], scaled[k].renew()));
+    require_petsc(VecPointwiseDivide(scaled[k].get(), of_unscaled[k], scales.get()));
+    for (const ::Vec other : handles) {
+      PetscScalar along = 0;
+      require_petsc(VecDot(scaled[k].get(), other, &along));
+      require_petsc(VecAXPY(scaled[k].get(), -along, other));
+    }
+    require_petsc(VecNormalize(scaled[k].get(), nullptr));
+    handles.push_back(scaled[k].get());
+  }
+  require_petsc(MatNullSpaceCreate(comm_, PETSC_FALSE, count, handles.data(), motions.renew()));
+  require_petsc(MatSetNearNullSpace(matrix_.get(), motions.get()));
+}
+
+bool PetscSystem::set_up_krylov(KSPType type, const Smoother& smoother) {
+  if (!smoother.options.empty()) require_petsc(PetscOptionsInsertString(options_.get(), smoother.options.c_str()));
   require_petsc(KSPCreate(comm_, krylov_.renew()));
   require_petsc(KSPSetType(krylov_.get(), type));
   require_petsc(KSPSetOperators(krylov_.get(), matrix_.get(), matrix_.get()));
-  require_petsc(KSPSetTolerances(krylov_.get(), tolerance_, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  require_petsc(KSPSetTolerances(krylov_.get(), tolerance_, PETSC_DEFAULT, PETSC_DEFAULT, smoother.iterations_max));
   PC preconditioner = nullptr;
   require_petsc(KSPGetPC(krylov_.get(), &preconditioner));
   if (method_ == PetscMethod::gamg)
@@ -131,31 +181,43 @@ bool PetscSystem::set_up_krylov(KSPType type) {
   return reason == PC_NOERROR;
 }
 
+KSPConvergedReason PetscSystem::solve_krylov(::Vec b, ::Vec x) {
+  require_petsc(KSPSolve(krylov_.get(), b, x));
+  PetscInt taken = 0;
+  require_petsc(KSPGetIterationNumber(krylov_.get(), &taken));
+  if (method_ == PetscMethod::gamg) iterations_ += static_cast<int>(taken);
+  KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
+  require_petsc(KSPGetConvergedReason(krylov_.get(), &reason));
+  return reason;
+}
+
 bool PetscSystem::solve(const std::vector<PetscScalar>& right, std::vector<PetscScalar>& result) {
   const OptionsInUse in_use(options_.get());
   const auto count = static_cast<PetscInt>(right.size());
-  result.resize(right.size());
+  result.assign(right.size(), 0);
   Owned<::Vec, VecDestroy> b, x;
   require_petsc(VecCreateMPIWithArray(comm_, block_, count, all_, right.data(), b.renew()));
   require_petsc(VecCreateMPIWithArray(comm_, block_, count, all_, result.data(), x.renew()));
   iterations_ = 0;
-  const auto try_solve = [&] {
-    require_petsc(KSPSolve(krylov_.get(), b.get(), x.get()));
-    PetscInt taken = 0;
-    require_petsc(KSPGetIterationNumber(krylov_.get(), &taken));
-    if (method_ == PetscMethod::gamg) iterations_ += static_cast<int>(taken);
-    KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
-    require_petsc(KSPGetConvergedReason(krylov_.get(), &reason));
-    return reason;
-  };
-  KSPConvergedReason reason = try_solve();
-  // Conjugate gradients break down on a matrix that is not definite.
-  if (method_ == PetscMethod::gamg && (reason == KSP_DIVERGED_INDEFINITE_MAT || reason == KSP_DIVERGED_INDEFINITE_PC))
-    reason = set_up_krylov(KSPFGMRES) ? try_solve() : reason;
+  KSPConvergedReason reason = solve_krylov(b.get(), x.get());
+  // From the first one again for each matrix: a run that goes on from a checkpoint knows nothing of how the last ones went.
+  bool is_definite = is_symmetric_;
+  for (std::size_t s = 0; reason <= 0 && method_ == PetscMethod::gamg;) {
+    // Conjugate gradients break down on a matrix that is not definite.
+    const bool is_indefinite = is_definite && (reason == KSP_DIVERGED_INDEFINITE_MAT || reason == KSP_DIVERGED_INDEFINITE_PC);
+    if (is_indefinite)
+      is_definite = false;
+    else if (++s == smoothers_.size())
+      break;
+    if (!set_up_krylov(is_definite ? KSPCG : KSPFGMRES, smoothers_[s])) continue;
+    require_petsc(VecSet(x.get(), 0));
+    reason = solve_krylov(b.get(), x.get());
+  }
   return reason > 0;
 }
 
 void PetscSystem::refuse_unused_options() const {
+  const std::lock_guard lock(petsc_mutex());
   PetscInt count = 0;
   char** names = nullptr;
   char** values = nullptr;

@@ -1,4 +1,5 @@
-// A sparse linear system in PETSc, by rows over the ranks of an MPI communicator. Every function is for all of its ranks at once.
+// A sparse linear system in PETSc, by rows over the ranks of an MPI communicator. Every function is for all of its ranks at once, and takes
+// turns with other threads of the process.
 #pragma once
 
 #include <petscksp.h>
@@ -49,6 +50,7 @@ struct SystemRows {
   std::vector<PetscInt> columns;     ///< Ascending in each row.
   std::vector<PetscScalar> values;   ///< Of the entries.
   std::vector<PetscReal> positions;  ///< `block` numbers per node [m]; empty: unknown.
+  std::vector<PetscScalar> scales;   ///< The unknowns of the system are the true ones over these.
   PetscInt count() const { return static_cast<PetscInt>(begin.size()) - 1; }
 };
 
@@ -56,6 +58,9 @@ class PetscSystem {
  public:
   /// `options`: PETSc's own, which go before ours. Throws InputError for options that PETSc cannot read.
   PetscSystem(MPI_Comm comm, PetscMethod method, Real tolerance, const std::string& options);
+  ~PetscSystem();
+  PetscSystem(const PetscSystem&) = delete;
+  PetscSystem& operator=(const PetscSystem&) = delete;
 
   /// With the rows, which must live until the last solve. False when the matrix is singular.
   bool set_up(const SystemRows& rows, bool is_symmetric);
@@ -67,12 +72,20 @@ class PetscSystem {
   void refuse_unused_options() const;
 
  private:
-  bool set_up_krylov(KSPType type);
+  /// A way to precondition by multigrid; for factorisations the only one.
+  struct Smoother {
+    std::string options;
+    int iterations_max;
+  };
+  bool set_up_krylov(KSPType type, const Smoother& smoother);
+  KSPConvergedReason solve_krylov(::Vec b, ::Vec x);
+  void set_rigid_motions(const SystemRows& rows);
 
   MPI_Comm comm_;
   PetscMethod method_;
   Real tolerance_;
-  std::vector<std::string> asked_;  ///< The names of the given options.
+  std::vector<std::string> asked_;   ///< The names of the given options.
+  std::vector<Smoother> smoothers_;  ///< In the order in which they are tried.
   bool is_symmetric_ = false;
   PetscInt block_ = 1;
   PetscInt all_ = 0;

@@ -18,8 +18,9 @@ void check_ranks(const Case& problem) {
     throw InputError("mpirun has started {} ranks, and the explicit solver runs in one process, on threads: start it without mpirun",
                      ranks);
   const std::string& method = problem.implicit.linear_solver;
-  if (!is_of_petsc(method))
-    throw InputError("mpirun has started {} ranks, and linear_solver = \"{}\" works on one: use \"gamg\" or \"mumps\"", ranks, method);
+  if (method != "auto" && !is_of_petsc(method))
+    throw InputError("mpirun has started {} ranks, and linear_solver = \"{}\" works on one: use \"auto\", \"gamg\" or \"mumps\"", ranks,
+                     method);
 }
 
 }  // namespace
