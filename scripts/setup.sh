@@ -3,10 +3,14 @@
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root"
+# What was compiled in one build folder is found again for the next one: paths are told from here.
+export CCACHE_BASEDIR=$root
 
 build_packages=(cmake ninja-build g++ libfmt-dev libcli11-dev libtomlplusplus-dev libhdf5-dev libeigen3-dev libsuitesparse-dev
   libopenblas-dev python3 python3-venv)
 python_packages=(python3-dev)
+# PETSc, and MPI under it, for -DMATPOINT_MPI=ON.
+mpi_packages=(libopenmpi-dev openmpi-bin libpetsc-real-dev libhdf5-openmpi-dev pkg-config)
 # ccache: the wheel compiles the same sources once more. libegl1, libgl1: PyVista draws by them, and crashes without.
 test_packages=(libgtest-dev libgmock-dev ccache libegl1 libgl1)
 

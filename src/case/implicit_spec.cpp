@@ -42,7 +42,7 @@ void check_implicit(ImplicitSpec& solver, const Input& input, const ReadContext&
                            missing, missing == "PETSc" ? " (-DMATPOINT_MPI=ON builds it in)" : "", list_names(linear_solver_names())));
   }
   check_words({solver.linear_solver}, "linear_solver", linear_solver_names(), input, context);
-  if (is_given(input, "petsc") && !is_of_petsc(solver.linear_solver)) {
+  if (!solver.petsc.empty() && !is_of_petsc(solver.linear_solver)) {
     fail_input(at_key(input, "petsc"), context,
                fmt::format("petsc holds options for linear_solver = \"gamg\" or \"mumps\", and it is \"{}\"", solver.linear_solver));
   }
@@ -118,8 +118,16 @@ void ImplicitSpec::declare(ParameterTable<ImplicitSpec>& table) {
                  "auto, umfpack, cholmod (with SuiteSparse), ldlt, sparse_lu, cg, bicgstab or gmres; gamg, mumps (with PETSc).");
   table.optional("linear_tolerance", "1", &ImplicitSpec::linear_tolerance, between(0, 1),
                  "Relative residual of the iterative linear solvers.");
-  table.optional("petsc", "1", &ImplicitSpec::petsc, any_number(),
-                 "Options for PETSc, as on its command lines (\"-ksp_monitor\"), of linear_solver = \"gamg\" or \"mumps\".");
+  table.custom(
+      {"petsc", "1", "string", "\"\"", "",
+       "Options for PETSc, as on its command lines (\"-ksp_monitor\"), of linear_solver = \"gamg\" or \"mumps\".", false},
+      [](ImplicitSpec& solver, const Input& input, const ReadContext& context) {
+        read_value(input, context, "petsc", any_number(), solver.petsc);
+      },
+      [](const ImplicitSpec& solver, int) -> std::optional<Input> {
+        if (solver.petsc.empty()) return std::nullopt;
+        return Input::string(solver.petsc);
+      });
 }
 
 }  // namespace matpoint

@@ -161,6 +161,7 @@ class Automatic final : public LinearSolver {
   void analyze(const SparseMatrix& K) override {
     is_cholesky_ready_ = is_lu_ready_ = false;
     used_ = nullptr;
+    multigrid_.reset();  // one at a time: on ranks they share what works for them
     multigrid_ = make_multigrid(places_.dim, K.rows(), tolerance_);
     if (multigrid_ == nullptr) return;
     multigrid_->place(std::move(places_));

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
@@ -279,9 +280,14 @@ bool PetscSolver::factorize(const SparseMatrix& K, Symmetry symmetry) {
   set_values(K, symmetry);
   ranks_.tell(Task::factorize, is_symmetric ? 1 : 0);
   const auto place = [&](std::size_t row) { return static_cast<std::size_t>(whole_.begin[row]); };
-  for_each_other(
-      [&](int rank, std::size_t first, std::size_t last) { send(rank, whole_.values.data() + place(first), place(last) - place(first)); });
-  if (ranks_.count() > 1) own_.values.assign(whole_.values.begin(), whole_.values.begin() + own_.begin.back());
+  for_each_other([&](int rank, std::size_t first, std::size_t last) {
+    send(rank, whole_.values.data() + place(first), place(last) - place(first));
+    send(rank, whole_.scales.data() + first, last - first);
+  });
+  if (ranks_.count() > 1) {
+    own_.values.assign(whole_.values.begin(), whole_.values.begin() + own_.begin.back());
+    own_.scales.assign(whole_.scales.begin(), whole_.scales.begin() + own_.count());
+  }
   return ranks_.together([&] { return system_->set_up(own(), is_symmetric); });
 }
 
@@ -330,6 +336,8 @@ bool join_petsc_ranks() {
   start_petsc();
   Ranks::get().join();
   if (Ranks::get().rank() == 0) return false;
+  // What the starter passes on to all ranks is for the first one to answer: it ends the run in order, and this rank with it.
+  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGUSR2}) std::signal(number, SIG_IGN);
   work_for_first_rank();
   return true;
 }

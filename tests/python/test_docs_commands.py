@@ -1,6 +1,7 @@
 """Every command and code block of the README and of the docs runs, in order; what takes minutes runs for one step.
 
-Blocks that other tests run whole: the tutorials (test_api_docs.py), the case file page (test_docs.py).
+Blocks that other tests run whole: the tutorials (test_api_docs.py), the case file page (test_docs.py), the page on
+large problems, for which a program with PETSc is built (tests/mpi).
 """
 
 import copy
@@ -19,6 +20,7 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("**/*.md"))]
 # What sets the machine up, which is what runs these tests, and what takes an hour.
 NOT_HERE = {
     "scripts/quickstart",
+    "scripts/quickstart --mpi",
     "scripts/test",
     "sudo apt-get install python3-dev && pip install .",
     "sudo apt-get install python3-dev",
@@ -27,7 +29,13 @@ NOT_HERE = {
     "pip install .",
     "cmake --build --preset dev && build/dev/test_material",
 }
-TESTED_ELSEWHERE = {"docs/tutorial.md", "docs/tutorial_implicit.md", "docs/tutorial_coupling.md", "docs/case_file.md", "docs/states.md"}
+COMMANDS_TESTED_ELSEWHERE = {"docs/states.md", "docs/large_problems.md"}
+TESTED_ELSEWHERE = COMMANDS_TESTED_ELSEWHERE | {
+    "docs/tutorial.md",
+    "docs/tutorial_implicit.md",
+    "docs/tutorial_coupling.md",
+    "docs/case_file.md",
+}
 
 
 def blocks(page: Path, language: str) -> list[str]:
@@ -61,7 +69,7 @@ def test_every_command_works(matpoint, tmp_path, page):
     for number, file in enumerate(blocks(page, "toml")):
         (tmp_path / ("sag.toml" if number == 0 else f"{number}.toml")).write_text(file)
     for command in commands(page):
-        if command in NOT_HERE or name(page) == "docs/states.md":
+        if command in NOT_HERE or name(page) in COMMANDS_TESTED_ELSEWHERE:
             continue
         words = shlex.split(command)
         assert words[0] == "matpoint", f"{name(page)}: nobody tries {command}"

@@ -149,7 +149,7 @@ UNDECLARED = {
     "ImplicitSolver": {
         GIVEN: "spec_ geometry_ conditions_ particles_ fem_bodies_ tractions_ point_loads_",
         ANEW: "assembly_ newton_ work_at_start_ load_work_at_start_",
-        REPORTS: "profile_ step_seconds_",
+        REPORTS: "profile_ step_seconds_ linear_iterations_",
         LOADED: "escapes_ escaped_rows_",
     },
     "Ledger": {ANEW: "boundaries"},
