@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/error.hpp"
 #include "core/parallel.hpp"
@@ -218,6 +219,10 @@ void Assembly<Dim>::make_pattern() {
         for (int row = first_unknown_[static_cast<std::size_t>(other)]; row < first_unknown_[static_cast<std::size_t>(other) + 1]; ++row)
           inner.push_back(row);
       }
+      constexpr auto k_entries_max = static_cast<std::size_t>(std::numeric_limits<int>::max());
+      if (inner.size() > k_entries_max)
+        throw SolverError("the matrix of {} unknowns has more than {} entries, which is all that it can have: take larger cells", size,
+                          k_entries_max);
       outer[static_cast<std::size_t>(column) + 1] = static_cast<int>(inner.size());
     }
   }

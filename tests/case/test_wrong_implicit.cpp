@@ -1,4 +1,5 @@
 // What is refused in a case for the implicit solver, and in one for the explicit solver that has keys of the other.
+#include "case/linear_solver_names.hpp"
 #include "case/wrong_input.hpp"
 
 namespace matpoint::test {
@@ -312,6 +313,18 @@ TEST(WrongImplicit, static_runs_have_no_rates_and_no_velocities) {
 TEST(WrongImplicit, particles_outside_are_named) {
   EXPECT_THAT(refusal(k_implicit_case, {"body.block.region.upper=[0.75,1.2]"}),
               testing::HasSubstr("is outside the grid [0, 0] to [1, 1]; move the body or enlarge the grid"));
+}
+
+TEST(WrongImplicit, methods_of_petsc_need_a_program_with_it_and_its_options_such_a_method) {
+  const std::vector<std::string>& names = linear_solver_names();
+  const bool has_petsc = std::find(names.begin(), names.end(), "gamg") != names.end();
+  for (const std::string name : {"gamg", "mumps"}) {
+    EXPECT_THAT(refusal(k_implicit_case, {"solver.linear_solver=" + name}),
+                testing::HasSubstr(has_petsc ? "no exception" : "built without PETSc (-DMATPOINT_MPI=ON builds it in)"));
+  }
+  EXPECT_THAT(refusal(k_implicit_case, {"solver.petsc=\"-ksp_monitor\""}),
+              testing::HasSubstr("petsc holds options for linear_solver = \"gamg\" or \"mumps\", and it is \"auto\""));
+  EXPECT_EQ(refusal(k_implicit_case, {"solver.petsc=\"\""}), "no exception");
 }
 
 TEST(WrongImplicit, friction_needs_a_solver_for_unsymmetric_matrices) {
