@@ -53,6 +53,12 @@ std::string missing_package(const std::string& linear_solver) {
   return package == nullptr || package->is_here ? "" : package->name;
 }
 
+bool factorizes_large(const std::string& linear_solver) {
+  if (linear_solver == "auto") return !missing_package("gamg").empty();
+  const std::vector<std::string> iterative = {"cg", "bicgstab", "gmres", "gamg"};
+  return std::find(iterative.begin(), iterative.end(), linear_solver) == iterative.end();
+}
+
 bool is_of_petsc(const std::string& linear_solver) {
   const Package* const package = package_of(linear_solver);
   return package != nullptr && package->name == "PETSc";

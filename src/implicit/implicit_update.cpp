@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "body/particle_fields.hpp"
+#include "case/linear_solver_names.hpp"
 #include "implicit/implicit_solver.hpp"
 
 namespace matpoint {
@@ -569,6 +570,15 @@ std::vector<std::string> ImplicitSolver<Dim>::warnings() const {
     found.push_back(
         "particles share the nodes of the bodies of elements: where they meet, they stick to each other; for contact between them take "
         "solver.contact = \"pairs\" with element_order = 1");
+  }
+  // By what CHOLMOD took for 74,052 unknowns of B-splines (docs/large_problems.md).
+  constexpr int k_many = 50'000;
+  if (Dim == 3 && space_.unknown_count() >= k_many && factorizes_large(spec_.linear_solver)) {
+    const Real times = space_.unknown_count() / 74052.0;
+    found.push_back(fmt::format(
+        "{} unknowns in 3D: a factorisation takes some {:.2g} GB, and {:.2g} minutes for each of Newton's iterations; "
+        "linear_solver = \"cg\" takes less of both, and multigrid, which a program with PETSc has (-DMATPOINT_MPI=ON), far less",
+        space_.unknown_count(), 3.1 * std::pow(times, 4.0 / 3), 1.4 * times * times));
   }
   if (few == 0) return found;
   found.push_back(fmt::format(

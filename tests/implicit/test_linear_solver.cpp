@@ -4,6 +4,7 @@
 
 #include "implicit/linear_solver.hpp"
 #include "support/from_toml.hpp"
+#include "support/solver_case.hpp"
 
 namespace matpoint::test {
 namespace {
@@ -101,6 +102,40 @@ TEST(LinearSolver, direct_methods_say_when_a_matrix_is_singular) {
     Vector x = Vector::Zero(64);
     EXPECT_FALSE(solver->factorize(K, Symmetry::symmetric) && solver->solve(b, x));
   }
+}
+
+TEST(LinearSolver, a_factorisation_of_a_large_problem_in_3d_is_warned_of) {
+  const std::string text = R"(
+dim = 3
+gravity = [0, 0, -1]
+[grid]
+upper = [1.25, 0.625, 0.625]
+cells = [52, 26, 26]
+[time]
+end = 1
+dt = 1
+[solver]
+type = "implicit"
+mode = "static"
+[[body]]
+name = "block"
+region = { type = "box", lower = [0, 0, 0], upper = [1.1, 0.55, 0.55] }
+layout = { type = "per_cell", count = 8 }
+material = { type = "neo_hookean", density = 1000, youngs_modulus = 1e6, poissons_ratio = 0.3 }
+[[boundary]]
+side = "left"
+kind = "fixed"
+)";
+  const auto is_warned = [&](const std::string& method, const std::string& cells) {
+    const Simulation sim(read(text, {"solver.linear_solver=" + method, "grid.cells=" + cells}));
+    const std::vector<std::string> warnings = sim.warnings();
+    return std::any_of(warnings.begin(), warnings.end(), [](const std::string& warning) {
+      return warning.find("unknowns in 3D: a factorisation takes some ") != std::string::npos;
+    });
+  };
+  EXPECT_TRUE(is_warned("ldlt", "[52,26,26]"));
+  EXPECT_FALSE(is_warned("cg", "[52,26,26]"));
+  EXPECT_FALSE(is_warned("ldlt", "[26,13,13]"));
 }
 
 TEST(LinearSolver, unknown_name_is_refused) {
