@@ -5,21 +5,38 @@
 #include <mutex>
 #include <sstream>
 
+#include <petscblaslapack.h>
+
 #include "core/error.hpp"
 
 namespace matpoint {
 namespace {
 
 /// What PETSc's error handler has heard first: what went wrong, before the functions above it failed as well.
-std::string& first_complaint() {
-  static std::string text;
-  return text;
+struct Complaint {
+  PetscErrorCode code = 0;
+  std::string text;
+};
+Complaint& first_complaint() {
+  static Complaint one;
+  return one;
 }
 
 PetscErrorCode note_complaint(MPI_Comm, int, const char*, const char*, PetscErrorCode code, PetscErrorType type, const char* message,
                               void*) {
-  if (type == PETSC_ERROR_INITIAL) first_complaint() = message == nullptr ? "" : message;
+  if (type == PETSC_ERROR_INITIAL) first_complaint() = {code, message == nullptr ? "" : message};
   return code;
+}
+
+/// OpenBLAS takes its memory when it first needs it, and tries for ever where there is none: it shall have it before the matrices.
+void wake_blas() {
+  constexpr PetscBLASInt n = 256;
+  constexpr PetscBLASInt step = 1;
+  constexpr PetscScalar one = 1;
+  const std::vector<PetscScalar> matrix(static_cast<std::size_t>(n * n), 1);
+  const std::vector<PetscScalar> right(static_cast<std::size_t>(n), 1);
+  std::vector<PetscScalar> result(static_cast<std::size_t>(n), 0);
+  BLASgemv_("N", &n, &n, &one, matrix.data(), &n, right.data(), &step, &one, result.data(), &step);
 }
 
 class Library {
@@ -30,6 +47,7 @@ class Library {
     PETSC_MPI_THREAD_REQUIRED = MPI_THREAD_SERIALIZED;
     if (PetscInitializeNoArguments() != 0) throw SolverError("PETSc, or MPI under it, could not be started");
     PetscPushErrorHandler(note_complaint, nullptr);
+    wake_blas();
   }
   ~Library() {
     int is_over = 0;  // whoever has started MPI, as mpi4py, may have ended it
@@ -86,10 +104,12 @@ void start_petsc() {
 
 void require_petsc(PetscErrorCode code) {
   if (code == 0) return;
+  const Complaint& first = first_complaint();
   const char* general = nullptr;
-  PetscErrorMessage(code, &general, nullptr);
-  throw SolverError("PETSc: {}{}{}", general == nullptr ? "unknown error" : general, first_complaint().empty() ? "" : ": ",
-                    first_complaint());
+  PetscErrorMessage(first.code != 0 ? first.code : code, &general, nullptr);
+  // Where it finds no memory, PETSc 3.18 gives a line of its own text in the place of an error's number.
+  if (general == nullptr || first.code == PETSC_ERR_MEM) throw SolverError("PETSc is probably out of memory: it stopped in {}", first.text);
+  throw SolverError("PETSc: {}{}{}", general, first.text.empty() ? "" : ": ", first.text);
 }
 
 PetscSystem::PetscSystem(MPI_Comm comm, PetscMethod method, Real tolerance, const std::string& options)
@@ -98,7 +118,7 @@ PetscSystem::PetscSystem(MPI_Comm comm, PetscMethod method, Real tolerance, cons
   require_petsc(PetscOptionsCreate(options_.renew()));
   require_petsc(PetscOptionsInsertString(options_.get(), method == PetscMethod::gamg ? k_gamg : k_mumps));
   if (PetscOptionsInsertString(options_.get(), options.c_str()) != 0)
-    throw InputError("solver.petsc: \"{}\" are no options of PETSc: {}", options, first_complaint());
+    throw InputError("solver.petsc: \"{}\" are no options of PETSc: {}", options, first_complaint().text);
   const auto is_asked = [&](const char* name) { return std::find(asked_.begin(), asked_.end(), name) != asked_.end(); };
   if (method == PetscMethod::mumps || is_asked("pc_type") || is_asked("mg_levels_pc_type"))
     smoothers_ = {{"", 10'000}};

@@ -96,6 +96,15 @@ def test_a_method_that_fails_ends_all_ranks(folder):
     assert done.stderr.count("error: ") == 1 and "gamg found no solution" in done.stderr
 
 
+def test_a_rank_without_memory_ends_all(folder):
+    limited = f"ulimit -v 900000; exec {PROGRAM} run block.toml --set grid.cells=[60,30,30] --out full"
+    words = [*MPIRUN, "-n", "1", PROGRAM, "run", "block.toml", "--set", "grid.cells=[60,30,30]", "--out", "full"]
+    words += [":", "-n", "1", "bash", "-c", limited]
+    done = subprocess.run(words, cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 3
+    assert "error: rank 1 of 2: PETSc is probably out of memory" in done.stderr
+
+
 def long_run(folder: Path, *options: str) -> subprocess.Popen:
     """On two ranks, with files; returns when there are some."""
     words = [*MPIRUN, *options, "-n", "2", PROGRAM, "run", "block.toml", "--out", "long", *SMALL]
